@@ -14,7 +14,7 @@ from myowave.diagnosis.likelihood.sensor import Sensor
 from myowave.diagnosis.likelihood.waves import View
 from myowave.diagnosis.search.answer import answer_of
 from myowave.diagnosis.search.weigh import through_likely_filter, weigh_models
-from myowave.identification.output_error import fit_model
+from myowave.identification.output_error import fit_model, fit_simulated
 from myowave.identification.record import make_record
 from myowave.physics.motion import simulate
 
@@ -151,6 +151,17 @@ def test_a_filter_is_told_by_the_noise_and_not_by_what_a_model_lacks(recorded):
     assert plain.sensor.corner_hz is None
 
 
+def test_a_residual_is_the_same_to_first_order_wherever_a_piece_is_linearised(recorded, base, free):
+    """Where a piece begins is known as far as the motion was measured, wherever a fit has gone."""
+    whole = recorded()
+    fit = fit_simulated(base, whole.record.cut(0.5), free, whole.values)
+    measured, state = fit.record.motion[:, 0].numpy(), fit.sensitive.motion.state
+    fit, elsewhere = (fit.fit_at(fit.values, measured + n * fit.record.start_error, state) for n in (0.0, 0.3))
+    here, there = (residual_of(each, View.of(fit)).values for each in (fit, elsewhere))
+    apart = View.of(fit).left(fit) - View.of(fit).left(elsewhere)
+    assert (here - there).norm() < 0.02 * apart.norm()
+
+
 def test_a_slow_torque_of_size_1_moves_the_arm_by_1_rad(recorded):
     """So that its bounds mean the same for an arm and a small pendulum."""
     fit = recorded()
@@ -164,9 +175,11 @@ def test_noise_of_the_emg_is_no_less_than_electrodes_have(recorded):
     assert 0.1 / 35.0 <= residual_of(fit, View.of(fit)).component(EMG).low <= 0.1 / 10.7, "at a tenth of the maximum"
 
 
-def test_noise_of_the_emg_has_the_covariance_that_draws_show(recorded, base, free):
-    """Of the answers to noisy EMG, simulated, in the slow waves."""
+@pytest.mark.parametrize("corner_hz", [None, 4.0])
+def test_noise_of_the_emg_has_the_covariance_that_draws_show(recorded, corner_hz):
+    """Of the answers to noisy EMG, simulated, in the slow waves; also of noise that has passed the EMG's low-pass."""
     fit = recorded()
+    fit = replace(fit, record=replace(fit.record, emg_low_pass_hz=corner_hz))
     view = View.of(fit)
     block, size = residual_of(fit, view).component(EMG).blocks[0].numpy(), 1e-3
     random, answers = np.random.default_rng(2), []
@@ -174,7 +187,10 @@ def test_noise_of_the_emg_has_the_covariance_that_draws_show(recorded, base, fre
     start = fit.sensitive.motion.state[:, 0, :2].unbind(-1)
     before = simulate(fit.record.simulation(fit.model, fit.simulation.params), *start).angle.numpy()
     for _ in range(60):
-        noise = torch.from_numpy(size * random.standard_normal(fit.record.emg.shape))
+        noise = random.standard_normal(fit.record.emg.shape)
+        if corner_hz is not None:
+            noise = sosfiltfilt(butter(2, corner_hz / 0.802, fs=1 / fit.record.dt, output="sos"), noise, axis=1)
+        noise = torch.from_numpy(size * noise / noise.std())
         noisy = replace(fit.record, emg=fit.record.emg + noise)
         after = simulate(noisy.simulation(fit.model, fit.simulation.params), *start).angle.numpy()
         answers.append(view.amplitudes((after - before)[..., None])[0, :, 0].numpy() / size)

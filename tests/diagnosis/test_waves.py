@@ -9,6 +9,7 @@ from scipy.signal import butter, sosfiltfilt
 from myowave.diagnosis.likelihood.forcing import answers, excitation_forcing, through_sensor
 from myowave.diagnosis.likelihood.sensor import Sensor
 from myowave.diagnosis.likelihood.waves import View, Waves
+from myowave.identification.output_error import fit_simulated
 
 LENGTHS = np.array([240, 150])
 
@@ -32,6 +33,14 @@ def test_no_wave_is_looked_at_twice_and_those_above_are_faster(make_fit):
     assert band.frequency[band.there.numpy()].max() < faster.min() and faster.max() < 0.5 / view.dt
     both = np.concatenate([band.waves[0].numpy(), above.waves[0].numpy()], -1)
     assert np.allclose(both.T @ both, np.eye(both.shape[1]))
+
+
+def test_pieces_have_the_band_of_the_motion_that_they_are_cut_from(make_fit):
+    """Simulated, each begins anew, and the jumps between them would pass for fast motion."""
+    whole = make_fit()
+    some = whole.record.cut(0.5).take(range(0, 12, 3))
+    pieces = fit_simulated(whole.model, some, whole.free, 0.8 * whole.values)
+    assert View.of(pieces).edge_hz == pytest.approx(View.of(whole).edge_hz, rel=0.3)
 
 
 def test_amplitudes_answer_to_pushes_as_the_motion_does(make_fit):

@@ -160,6 +160,33 @@ def test_a_damped_step_is_that_of_parameters_and_starts_damped_together(damping)
     assert normal.gain(step, shift) > 0
 
 
+@pytest.mark.parametrize("damping", [0.0, 1.0])
+def test_what_was_measured_of_a_start_counts_as_two_samples_more(damping):
+    rng = np.random.default_rng(6)
+    residual, slope, by_start = rng.normal(size=(2, 30)), rng.normal(size=(2, 30, 3)), rng.normal(size=(2, 30, 2))
+    further, further_slope, columns = rng.normal(size=3), np.diag(rng.normal(size=3)), rng.normal(size=(2, 30, 4))
+    weight, off = np.array([4.0, 90.0]), rng.normal(size=(2, 2))
+    found = Normal(residual, slope, by_start, further, further_slope, np.zeros(3), off, weight)
+
+    def longer(each, rows):
+        return np.concatenate([each, rows], 1)
+
+    own = np.tile(np.diag(np.sqrt(weight)), (2, 1, 1))
+    more = longer(residual, np.sqrt(weight) * off), longer(slope, np.zeros((2, 2, 3))), longer(by_start, own)
+    same = Normal(*more, further, further_slope, np.zeros(3))
+    assert found.objective == pytest.approx(same.objective) and found.left @ found.left == pytest.approx(same.objective)
+    for one, other in zip(found.damped(damping), same.damped(damping), strict=True):
+        np.testing.assert_allclose(one, other)
+    step = np.linalg.solve(*found.damped(damping))
+    shift = found.starts_after(step)
+    np.testing.assert_allclose(shift, same.starts_after(step))
+    assert found.gain(step, shift) == pytest.approx(same.gain(step, shift))
+    (signal, imitation), (expected, by_same) = found.beyond(columns), same.beyond(longer(columns, np.zeros((2, 2, 4))))
+    np.testing.assert_allclose(imitation, by_same)
+    np.testing.assert_allclose(signal.T @ signal, expected.T @ expected)
+    np.testing.assert_allclose(signal.T @ found.left, expected.T @ same.left)
+
+
 def test_more_columns_extend_the_normal_equations_as_if_they_had_been_there(make_noisy, base, free):
     fit = fit_model(base, make_noisy(1.0).train, free)
     few = normal_equations(fit.sensitive, fit.record, free, fit.values)

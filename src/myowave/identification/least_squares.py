@@ -7,7 +7,7 @@ start, F further residuals, R residuals in all.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import islice
 from typing import TypeVar
@@ -63,6 +63,9 @@ class Normal:
     further: Array
     further_slope: Array
     weight: Array  # of what is known of each parameter beforehand, (P,) [rad^2]
+    # how far each number of a start is from where it was measured, (..., T, S), and what that weighs, (S,)
+    start_left: Array = field(default_factory=lambda: np.zeros((1, 2)))
+    start_weight: Array = field(default_factory=lambda: np.zeros(2))
 
     @cached_property
     def matrix(self) -> Array:
@@ -74,8 +77,10 @@ class Normal:
     @cached_property
     def vector(self) -> Array:
         """Their right side, (..., P)."""
-        unmatched = _stacked(self.without_starts(self.residual[..., None]), self.further[..., None])[..., 0]
-        return np.einsum("...rp,...r->...p", _stacked(self.slope, self.further_slope), unmatched)
+        shift = self.starts_after(np.zeros(self.slope.shape[-1]))
+        unmatched = self.residual[..., None] - self.by_start @ shift[..., None]
+        left = _stacked(unmatched, self.further[..., None])[..., 0]
+        return np.einsum("...rp,...r->...p", _stacked(self.slope, self.further_slope), left)
 
     @cached_property
     def rss(self) -> Array:
@@ -85,31 +90,32 @@ class Normal:
     @property
     def objective(self) -> Array:
         """What a fit lowers, (...) [rad^2]: the sum of squares of all residuals."""
-        return self.rss + (self.further**2).sum(-1)
+        return self.rss + (self.further**2).sum(-1) + (self.start_weight * self.start_left**2).sum((-1, -2))
 
     def variance(self, samples: int) -> float:
         """Variance of the noise that the residual of so many samples shows [rad^2]; what was fitted is counted off, of
         each parameter the share that comes from the residual and not from what else is known of it."""
-        trials, _, numbers = self.by_start.shape[-3:]
         of_residual = self.matrix - self.further_slope.T @ self.further_slope
-        fitted = float(np.trace(pseudo_inverse(self.matrix) @ of_residual)) + trials * numbers
+        of_starts = onto_starts(self.by_start, self.by_start, self.start_weight).trace(axis1=-1, axis2=-2).sum()
+        fitted = float(np.trace(pseudo_inverse(self.matrix) @ of_residual) + of_starts)
         return float(self.rss) / max(samples - fitted, 1.0)
 
     def without_starts(self, columns: Array) -> Array:
         """The part of columns (..., T, N, C) that no change of the trials' starts can imitate."""
-        return columns - self.by_start @ onto_starts(self.by_start, columns)
+        return columns - self.by_start @ onto_starts(self.by_start, columns, self.start_weight)
 
     def starts_after(self, step: Array) -> Array:
         """The best change of the trials' starts (..., T, S) given a step of the parameters (..., P)."""
         left = self.residual[..., None] - self.slope @ step[..., None, :, None]
-        return onto_starts(self.by_start, left)[..., 0]
+        return onto_starts(self.by_start, left, self.start_weight, self.start_left[..., None])[..., 0]
 
     def damped(self, damping: float) -> tuple[Array, Array]:
         """`matrix` and `vector` where the changes of the starts are damped like the parameters, between those with the
         starts eliminated and those with the starts held."""
         share = damping / (1 + damping)
         slope = _stacked(self.slope, self.further_slope)
-        matrix, vector = slope.T @ slope, slope.T @ self.left
+        left = _stacked(self.residual[..., None], self.further[..., None])[..., 0]
+        matrix, vector = slope.T @ slope, slope.T @ left
         return self.matrix + share * (matrix - self.matrix), self.vector + share * (vector - self.vector)
 
     def gain(self, step: Array, shift: Array) -> float:
@@ -117,7 +123,8 @@ class Normal:
         order."""
         left = self.residual - self.slope @ step - (self.by_start @ shift[..., None])[..., 0]
         further = self.further - self.further_slope @ step
-        return float(self.objective - (left**2).sum() - (further**2).sum())
+        starts = self.start_weight * (self.start_left - shift) ** 2
+        return float(self.objective - (left**2).sum() - (further**2).sum() - starts.sum())
 
     def beyond(self, columns: Array) -> tuple[Array, Array]:
         """What only further parameters can do, given those fitted and the starts of the trials.
@@ -126,18 +133,22 @@ class Normal:
             columns: derivatives of the angle by them, (T, N, E).
 
         Returns:
-            Their part that nothing else imitates, (R, E), at the T N samples and the F further residuals one below the
-            other, as `left` has what it may explain; and the imitation by the fitted parameters, (P, E).
+            Their part that nothing else imitates, (R, E), at the T N samples, the F further residuals and the numbers
+            of starts one below the other, as `left` has what it may explain; and the imitation by the fitted
+            parameters, (P, E).
         """
         cross = np.einsum("tnp,tne->pe", self.slope, self.without_starts(columns))
         imitation = pseudo_inverse(self.matrix, UNSEEN) @ cross
-        samples = self.without_starts(columns - self.slope @ imitation)
-        return _stacked(samples, -self.further_slope @ imitation), imitation
+        beside = columns - self.slope @ imitation
+        starts = -np.sqrt(self.start_weight)[:, None] * onto_starts(self.by_start, beside, self.start_weight)
+        further = np.concatenate([-self.further_slope @ imitation, starts.reshape(-1, columns.shape[-1])])
+        return _stacked(self.without_starts(beside), further), imitation
 
     @property
     def left(self) -> Array:
         """All residuals one below the other, (R,)."""
-        return _stacked(self.residual[..., None], self.further[..., None])[..., 0]
+        starts = np.broadcast_to(np.sqrt(self.start_weight) * self.start_left, (len(self.residual), 2))
+        return np.concatenate([self.residual.ravel(), self.further, starts.ravel()])
 
     def extended(self, columns: Array) -> "Normal":
         """The same with more parameters, from their derivatives in units of their scale, (T, N, E)."""
@@ -156,14 +167,16 @@ def _stacked(samples: Array, further: Array) -> Array:
     return np.concatenate([samples.reshape(*batch, trials * each, columns), further], -2)
 
 
-def onto_starts(by_start: Array, columns: Array) -> Array:
+def onto_starts(by_start: Array, columns: Array, weight: Array | float = 0.0, measured: Array | float = 0.0) -> Array:
     """Changes of the trials' starts (..., T, S, C) that come nearest to columns (..., T, N, C).
 
     Args:
         by_start: d angle / d (angle, velocity) at each trial's start, (..., T, N, S).
+        weight: of what was measured of them, (S,), and the changes that lead there, `measured` (..., T, S, C).
     """
-    transposed = np.swapaxes(by_start, -1, -2)
-    return pseudo_inverse(transposed @ by_start) @ (transposed @ columns)
+    transposed, known = np.swapaxes(by_start, -1, -2), np.broadcast_to(weight, by_start.shape[-1:])
+    matrix = transposed @ by_start + np.diag(known)
+    return pseudo_inverse(matrix) @ (transposed @ columns + known[:, None] * measured)
 
 
 def normal_equations(
@@ -192,7 +205,9 @@ def normal_equations(
     if measured is not None:
         further = np.concatenate([measured[0] * record.misfit, further], -1)
         further_slope = np.concatenate([measured[1] * record.misfit, further_slope], -2)
-    return Normal(residual, slope, by_start, further, further_slope, weight)
+    started = record.motion[:, 0].numpy() - result.motion.state[..., 0, :2].numpy()
+    of_start = (record.misfit / record.start_error) ** 2
+    return Normal(residual, slope, by_start, further, further_slope, weight, started, of_start)
 
 
 def scaled_slope(derivatives: Tensor, scale: Array | float, valid: NDArray[np.bool_]) -> Array:

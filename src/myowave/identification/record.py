@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from scipy.signal import savgol_coeffs
 from torch import Tensor
 
 from myowave.data.processing.filters import HIGHEST
@@ -174,6 +175,15 @@ class Record:
             within = np.minimum(np.arange(self.angle.shape[1]), self.lengths[:, None] - 1)
             return self.whole.motion[self.pieces.row[:, None], self.pieces.begin[:, None] + within]
         return torch.from_numpy(np.stack(self.smoothed(self.angle), -1))
+
+    @property
+    def start_error(self) -> NDArray[np.float64]:
+        """Standard deviations of angle and velocity where a piece begins, as measured [rad, rad/s]; infinite for whole
+        trials, before which nothing was."""
+        if self.pieces is None:
+            return np.full(2, np.inf)
+        weights = [savgol_coeffs(self.window, 3, deriv=order, delta=self.dt) for order in (0, 1)]
+        return self.noise * np.linalg.norm(weights, axis=1)
 
     def smoothed(self, angle: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """An angle (T, N) [rad] along the trials without its noise, and its velocity [rad/s]."""

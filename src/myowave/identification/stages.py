@@ -2,7 +2,7 @@
 
 A model that is far from the truth runs away from the measured motion within a second or two, and where a motion
 diverges no step of a fit means anything. So the fit starts in the torque along the measured motion, where nothing can
-diverge, and goes on to short predictions from starts of their own. A model that follows these goes on to longer ones.
+diverge, and goes on to short predictions from measured states. A model that follows these goes on to longer ones.
 """
 
 from collections.abc import Callable, Sequence

@@ -60,7 +60,7 @@ SIZES = {
 def residual_of(fit: Fit, view: View, catalogue: Collection[str] = ()) -> Residual:
     """What a fit leaves, and all that may have made it; see `Pushes.of`."""
     look, pushes = view.amplitudes, Pushes.of(fit, catalogue)
-    constants, off = prior_columns(fit, view)
+    (constants, off), (starts, begun) = prior_columns(fit, view), start_columns(fit, view)
     both = np.concatenate([pushes.excitation, pushes.torque], -1)
     waves = through_sensor(fit, view.motion)
     steps = torch.from_numpy(np.stack([*answers(fit.linear.jacobian.numpy(), both, waves)])[::-1].copy())
@@ -68,7 +68,7 @@ def residual_of(fit: Fit, view: View, catalogue: Collection[str] = ()) -> Residu
     before, before_above = look(by_emg_before(fit)).split(view.sizes, 1)
     components = [
         *_white(view),
-        Component("starts", columns=start_columns(fit, view)),
+        Component("starts", columns=for_each(starts)),
         Component("before", before @ before.mT, tail=(before_above**2).sum(-1)),
         Component("constants", columns=constants),
         _forced(EMG, by_samples(fit, by_excitation), view),
@@ -88,7 +88,7 @@ def residual_of(fit: Fit, view: View, catalogue: Collection[str] = ()) -> Residu
             _forced(GAINS, by_gain[None], view),
             _sized(TISSUE, columns=look(artefact)),
         ]
-    values = view.left(fit) + constants @ torch.from_numpy(off)
+    values = view.left(fit) + constants @ torch.from_numpy(off) + (starts @ torch.from_numpy(begun)[..., None])[..., 0]
     return Residual(values, view.there, tuple(components), view.sizes[1])
 
 
@@ -115,10 +115,25 @@ def prior_columns(fit: Fit, view: View) -> tuple[Tensor, Array]:
     return slope * torch.from_numpy(deviation), (fit.values / scales(fit.free) - centre) / deviation
 
 
-def start_columns(fit: Fit, view: View) -> Tensor:
-    """What each number of each trial's start does, as far off as it may be, (T, W + H, 2 T)."""
-    own = view.amplitudes(scaled_slope(fit.sensitive.by_start, STARTS, fit.record.valid))
-    return (own[:, :, None] * torch.eye(len(own), dtype=own.dtype)[:, None, :, None]).flatten(2)
+def start_columns(fit: Fit, view: View) -> tuple[Tensor, Array]:
+    """What one standard deviation of each number of a trial's start does to that trial, (T, W + H, 2), and by how many
+    of them it is above where it is expected, (T, 2)."""
+    deviation, centre = start_prior(fit)
+    columns = view.amplitudes(scaled_slope(fit.sensitive.by_start, deviation, fit.record.valid))
+    return columns, (fit.starts - centre) / deviation
+
+
+def for_each(columns: Tensor) -> Tensor:
+    """Columns (T, L, C) that each trial has for itself as those of all of them, (T, L, T C)."""
+    return torch.einsum("tlc,tu->tluc", columns, torch.eye(len(columns), dtype=columns.dtype)).flatten(2)
+
+
+def start_prior(fit: Fit) -> tuple[Array, Array]:
+    """Standard deviations of angle and velocity at a trial's start, (2,), and where they are expected, (T, 2): a piece
+    begins in a motion that was measured before and after it, a trial near where the fit has it."""
+    if fit.record.pieces is None:
+        return STARTS, fit.starts
+    return fit.record.start_error, fit.record.motion[:, 0].numpy()
 
 
 def prior_of(fit: Fit) -> tuple[Array, Array]:

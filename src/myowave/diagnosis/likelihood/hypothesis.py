@@ -28,11 +28,12 @@ from myowave.diagnosis.likelihood.algebra import (
 from myowave.diagnosis.likelihood.components import (
     COLOURED,
     EMG,
-    STARTS,
     coloured,
+    for_each,
     prior_of,
     residual_of,
     start_columns,
+    start_prior,
 )
 from myowave.diagnosis.likelihood.waves import MEMORIES_S, View
 from myowave.identification.free_parameters import bounds, scales
@@ -40,7 +41,6 @@ from myowave.identification.least_squares import LITTLE, along_bend, descend, mi
 from myowave.identification.output_error import Fit, take_step
 
 PARAMETERS = ("constants", "starts")
-LEAST = 1e-6  # information on the start of a trial before any
 BEHIND = 20.0  # nats: a model, or a set of causes, that is so far behind another is followed no further
 CLIMBS = 3  # times that parameters and sizes follow one another
 
@@ -170,15 +170,13 @@ def climb(hypothesis: Hypothesis, steps: int) -> Fit:
     """Gauss-Newton steps to the most likely parameters, with the covariance of the best state."""
     fit, view = hypothesis.fit, hypothesis.view
     covariance = Covariance(hypothesis.residual.without(PARAMETERS), hypothesis.best.sizes)
-    deviation, centre = prior_of(fit)
-    weight, unit = 1 / deviation**2, scales(fit.free)
-    low, high = bounds(fit.free)
-
-    trials = len(fit.record.valid)
-    flat = np.zeros(2 * trials)  # nothing is known of starts
+    (deviation, centre), (spread, begin) = prior_of(fit), start_prior(fit)
+    weight, unit = np.r_[1 / deviation**2, np.ones(begin.size)], scales(fit.free)
+    (low, high), no_bound = bounds(fit.free), np.full(begin.size, np.inf)
 
     def left_of(some: Fit) -> tuple[Tensor, Array]:
-        return view.left(some)[..., None], centre - some.values / unit
+        off = np.r_[centre - some.values / unit, ((begin - some.starts) / spread).flatten()]
+        return view.left(some)[..., None], off
 
     def objective(some: Fit) -> float:
         left, off = left_of(some)
@@ -186,18 +184,19 @@ def climb(hypothesis: Hypothesis, steps: int) -> Fit:
 
     def attempts(fit: Fit) -> Iterator[Fit | None]:
         left, off = left_of(fit)
-        columns = torch.cat([view.amplitudes(fit.normal.slope), start_columns(fit, view)], -1)
-        matrix = covariance.inner(columns, columns).numpy() + np.diag(np.r_[weight, flat + LEAST])
+        columns = torch.cat([view.amplitudes(fit.normal.slope), for_each(start_columns(fit, view)[0])], -1)
+        matrix = covariance.inner(columns, columns).numpy() + np.diag(weight)
         matrix += 1e-9 * np.diag(np.diag(matrix))
-        vector = covariance.inner(columns, left)[:, 0].numpy() + np.r_[weight * off, flat]
-        lowest, highest = (np.r_[(b - fit.values) / unit, flat + end] for b, end in ((low, -np.inf), (high, np.inf)))
+        vector = covariance.inner(columns, left)[:, 0].numpy() + weight * off
+        lowest = np.r_[(low - fit.values) / unit, -no_bound]
+        highest = np.r_[(high - fit.values) / unit, no_bound]
         straight = minimise_within(matrix, vector, lowest, highest)
         if 2 * straight @ vector - straight @ matrix @ straight < LITTLE / 3:
             return
 
         def take(step: Array) -> Fit | None:
             step = step.clip(lowest, highest)
-            return take_step(fit, step[: len(unit)], step[len(unit) :].reshape(trials, 2) * STARTS)
+            return take_step(fit, step[: len(unit)], step[len(unit) :].reshape(-1, 2) * spread)
 
         def taken(step: Array) -> Tensor:
             return columns @ torch.from_numpy(step)[:, None]
@@ -206,7 +205,7 @@ def climb(hypothesis: Hypothesis, steps: int) -> Fit:
             bent = left_of(tried)[0] - left + taken(step)
             leaning = np.linalg.solve(matrix, covariance.inner(columns, bent)[:, 0].numpy())
             path = torch.cat([left, taken(straight), bent - taken(leaning)], -1)
-            of_prior = np.stack([off, straight[: len(unit)], -leaning[: len(unit)]])
+            of_prior = np.stack([off, straight, -leaning])
             return leaning, covariance.inner(path, path).numpy() + (of_prior * weight) @ of_prior.T
 
         yield from along_bend(straight, take, bend)

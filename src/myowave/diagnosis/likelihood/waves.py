@@ -142,9 +142,11 @@ def _remembered(waves: Tensor, memory: float) -> Tensor:
 
 
 def edge_of(fit: Fit) -> float:
-    """Frequency below which nearly all of the simulated motion's power is [Hz]."""
-    found, dt = [], fit.record.dt
-    for motion in fit.record.joined(fit.angle).values():
+    """Frequency below which nearly all of the simulated motion's power is, of pieces that of the measured one, which
+    does not begin anew in each [Hz]."""
+    found, dt, whole = [], fit.record.dt, fit.record.whole
+    moved = fit.angle if fit.record.pieces is None else whole.motion[..., 0].numpy()
+    for motion in whole.joined(moved).values():
         frequency, power = periodogram(motion, 1 / dt, window="hann", detrend="linear")
         share = np.cumsum(power) / max(power.sum(), 1e-300)
         found.append(frequency[min(np.searchsorted(share, MOTION), len(share) - 1)])  # at rest there is no power

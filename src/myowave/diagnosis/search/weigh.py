@@ -123,14 +123,13 @@ def _search(
     """Add the models that lead on from the most likely ones; False where one asks no more for the filter that trials
     are looked at through, and all are to be seen anew. The fit is to the EMG as it was recorded."""
     top, rivals = found.best, list[Hypothesis]()
-    whole = fit.record.pieces is None  # over pieces nothing is named, so nothing near the top decides anything
     while True:
         for model in (top, *rivals):
             _lead_on(found, model, catalogue)
         if not top.effects:
             found.add(*_fit_pairs(top, found.screened[frozenset()], catalogue, found.prior))
         report(f"weigh: the likeliest of {len(found.models)} models so far is {found.best.fit.model.name}")
-        if len(found.best.effects) <= len(top.effects) and not (whole and _exchange(found, catalogue)):
+        if len(found.best.effects) <= len(top.effects) and not _exchange(found, catalogue):
             break
         best = settle(found.best, steps=12)
         afresh = weigh_components(best.residual)  # from no causes of a model before
@@ -139,9 +138,8 @@ def _search(
         found.add(best, top, *_with_one_less(top))
         if _looked_filtered(found.best, unfiltered):
             return False
-        rivals = _rivals(found, top) if whole else []
-    if whole:
-        found.add(*_by_recorded_emg(found, fit))
+        rivals = _rivals(found, top)
+    found.add(*_by_recorded_emg(found, fit))
     return not _looked_filtered(found.best, unfiltered)
 
 
