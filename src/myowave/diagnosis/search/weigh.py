@@ -82,9 +82,20 @@ class Posterior:
 
 
 def weigh_models(
-    fit: Fit, effects: Iterable[Effect], led: Fit | None = None, report: Callable[[str], None] = lambda line: None
+    fit: Fit,
+    effects: Iterable[Effect],
+    led: Fit | None = None,
+    report: Callable[[str], None] = lambda line: None,
+    *,
+    leading: bool = False,
 ) -> Posterior:
-    """The posterior of models, from the fit of the one without any effect; `led` has some, and is known to be good."""
+    """The posterior of models.
+
+    Args:
+        fit: of the model without any effect.
+        led: of one with some, which is known to be good.
+        leading: only the most likely model is asked for, and nothing that is near it.
+    """
     catalogue = {e.name: e for e in effects}
     joined = list(fit.record.joined(fit.record.angle).values())
     unfiltered = View.of(fit, Sensor(knots=knots_of(joined) if fit.record.pieces is None else None))
@@ -95,7 +106,7 @@ def weigh_models(
     if led is not None:
         more = tuple(e.name for e in led.model.effects[len(fit.model.effects) :])
         found.add(settle(replace(base, effects=more, prior=found.prior * len(more)).at(led)))
-    while not _search(found, fit, catalogue, unfiltered, report):
+    while not _search(found, fit, catalogue, unfiltered, report, leading=leading):
         found = _seen_anew(found, unfiltered)
     return found
 
@@ -118,7 +129,13 @@ def _seen_anew(found: Posterior, view: View) -> Posterior:
 
 
 def _search(
-    found: Posterior, fit: Fit, catalogue: Mapping[str, Effect], unfiltered: View, report: Callable[[str], None]
+    found: Posterior,
+    fit: Fit,
+    catalogue: Mapping[str, Effect],
+    unfiltered: View,
+    report: Callable[[str], None],
+    *,
+    leading: bool,
 ) -> bool:
     """Add the models that lead on from the most likely ones; False where one asks no more for the filter that trials
     are looked at through, and all are to be seen anew. The fit is to the EMG as it was recorded."""
@@ -129,7 +146,7 @@ def _search(
         if not top.effects:
             found.add(*_fit_pairs(top, found.screened[frozenset()], catalogue, found.prior))
         report(f"weigh: the likeliest of {len(found.models)} models so far is {found.best.fit.model.name}")
-        if len(found.best.effects) <= len(top.effects) and not _exchange(found, catalogue):
+        if len(found.best.effects) <= len(top.effects) and (leading or not _exchange(found, catalogue)):
             break
         best = settle(found.best, steps=12)
         afresh = weigh_components(best.residual)  # from no causes of a model before
@@ -138,8 +155,9 @@ def _search(
         found.add(best, top, *_with_one_less(top))
         if _looked_filtered(found.best, unfiltered):
             return False
-        rivals = _rivals(found, top)
-    found.add(*_by_recorded_emg(found, fit))
+        rivals = [] if leading else _rivals(found, top)
+    if not leading:
+        found.add(*_by_recorded_emg(found, fit))
     return not _looked_filtered(found.best, unfiltered)
 
 
