@@ -158,12 +158,13 @@ def weigh(
     if fit.record.pieces is not None:
         short = over_short_pieces(fit.model, whole, free, fit.values) or fit
         # The most likely model, then the one without its effects, fitted to whole trials.
-        best = weigh_models(short, effects, report=report, leading=True).best.fit
+        found = weigh_models(short, effects, report=report, leading=True)
+        best = found.best.fit
         led = attempt_fit(lambda: lengthen(best, whole, best.free))
         led = None if led is None or led.record.pieces is not None else led
         alone = None if led is None else attempt_fit(partial(refit, led, fit.model, free))
         if led is None or alone is None:
-            return _verdict(fit, weigh_models(short, effects, report=report), effects)
+            return _verdict(fit, weigh_models(short, effects, report=report, begun=found), effects)
         fit = alone
         report(f"stages: {led.model.name}, found over short pieces, follows whole trials")
     return _verdict(fit, weigh_models(fit, effects, led, report), effects)

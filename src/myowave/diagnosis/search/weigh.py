@@ -6,7 +6,7 @@ orders choose what is fitted: all that is compared was linearised where it stand
 """
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -88,6 +88,7 @@ def weigh_models(
     report: Callable[[str], None] = lambda line: None,
     *,
     leading: bool = False,
+    begun: Posterior | None = None,
 ) -> Posterior:
     """The posterior of models.
 
@@ -95,19 +96,27 @@ def weigh_models(
         fit: of the model without any effect.
         led: of one with some, which is known to be good.
         leading: only the most likely model is asked for, and nothing that is near it.
+        begun: by a search that was leading, which is gone on with.
     """
     catalogue = {e.name: e for e in effects}
     joined = list(fit.record.joined(fit.record.angle).values())
     unfiltered = View.of(fit, Sensor(knots=knots_of(joined) if fit.record.pieces is None else None))
-    view = through_likely_filter(fit, unfiltered)
-    found = Posterior(-math.log(2 * max(len(catalogue), 1)))
-    base = settle(with_likely_memory(Hypothesis.of(fit, view, catalogue)))
-    found.add(base, _of_called_for_emg(base, fit))
+    found = begun or _begin(fit, unfiltered, catalogue)
     if led is not None:
+        base = found.base
         more = tuple(e.name for e in led.model.effects[len(fit.model.effects) :])
         found.add(settle(replace(base, effects=more, prior=found.prior * len(more)).at(led)))
     while not _search(found, fit, catalogue, unfiltered, report, leading=leading):
         found = _seen_anew(found, unfiltered)
+    return found
+
+
+def _begin(fit: Fit, unfiltered: View, catalogue: Collection[str]) -> Posterior:
+    """The posterior of the model without any effect alone."""
+    found = Posterior(-math.log(2 * max(len(catalogue), 1)))
+    view = through_likely_filter(fit, unfiltered)
+    base = settle(with_likely_memory(Hypothesis.of(fit, view, catalogue)))
+    found.add(base, _of_called_for_emg(base, fit))
     return found
 
 
