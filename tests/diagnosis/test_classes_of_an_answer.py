@@ -14,11 +14,11 @@ from myowave.diagnosis.search.answer import answer_of
 def said(monkeypatch):
     """The answer to a posterior whose best model leaves nothing but noise and has usual constants."""
 
-    def ask(*rows):
+    def ask(*rows, pieces=None):
         monkeypatch.setattr(answer, "p_of_noise", lambda model: 1.0)
         monkeypatch.setattr(answer, "p_of_constants", lambda model: 1.0)
         weights = [(p, frozenset(effects.split()), frozenset(on.split())) for p, effects, on in rows]
-        best = SimpleNamespace(fit=SimpleNamespace(record=SimpleNamespace(pieces=None)))
+        best = SimpleNamespace(fit=SimpleNamespace(record=SimpleNamespace(pieces=pieces)))
         found = answer_of(SimpleNamespace(weights=lambda: weights, best=best))
         return found.kind, found.named
 
@@ -42,3 +42,7 @@ def test_a_name_is_not_all_where_other_shapes_are_likelier_than_not_beside_it(sa
     assert said((0.4, "drag", SHAPES), (0.6, "drag", "")) == ("effect", (("drag",),))
     assert said((0.4, "drag", SHAPES), (0.3, "drag", REPEATS), (0.3, "drag", "")) == ("partial", (("drag",),))
     assert said((0.6, "", SHAPES), (0.4, "drag", "")) == ("class", ((OWN_SHAPES, "drag"),)), "it is named already"
+
+
+def test_where_only_pieces_are_followed_no_probability_names_anything(said):
+    assert said((1.0, "drag", ""), pieces=object()) == ("unknown", ())

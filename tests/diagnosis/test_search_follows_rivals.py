@@ -131,42 +131,10 @@ def test_the_search_goes_on_from_what_an_exchange_has_found(monkeypatch, ends, v
     monkeypatch.setattr(weigh, "_looked_filtered", lambda model, unfiltered: model.effects == ends)
     posterior, told = Posterior(-3.0), []
     posterior.add(model(0.0))
-    assert weigh._search(posterior, None, {}, None, told.append, leading=False) is not bool(ends)
+    fit = SimpleNamespace(record=SimpleNamespace(pieces=None))
+    assert weigh._search(posterior, fit, {}, None, told.append) is not bool(ends)
     likeliest = [line.rsplit("+", 1)[1] for line in told]
     assert posterior.best.effects == (ends or ("damping", "lag", "tilt")) and likeliest == visited
-
-
-def test_a_leading_search_ends_with_the_likeliest_and_another_goes_on_from_there(monkeypatch):
-    """With the likeliest alone it leads on; what would take its place is asked only where it is the last word."""
-    leads = {(): [model(50.0, "drag"), model(40.0, "lag")], ("lag",): [model(90.0, "damping", "lag")]}
-
-    def lead_on(found, top, catalogue):
-        found.screened[frozenset(top.effects)] = None
-        found.add(*leads.get(top.effects, []))
-
-    def exchange(found, catalogue):
-        known = len(found.models)
-        found.add(*leads["lag",])
-        return len(found.models) > known
-
-    monkeypatch.setattr(weigh, "_lead_on", lead_on)
-    monkeypatch.setattr(weigh, "_exchange", exchange)
-    for name in ("_fit_pairs", "_with_one_less", "_rivals", "_by_recorded_emg"):
-        monkeypatch.setattr(weigh, name, lambda *given: [])
-    for name in ("settle", "replace", "with_likely_memory", "_of_called_for_emg"):
-        monkeypatch.setattr(weigh, name, lambda model, *given, **changes: model)
-    monkeypatch.setattr(weigh, "weigh_components", lambda residual: {})
-    monkeypatch.setattr(weigh, "_looked_filtered", lambda model, unfiltered: False)
-    monkeypatch.setattr(weigh.View, "of", lambda *given: None)
-    monkeypatch.setattr(weigh, "knots_of", lambda angles: None)
-    first = Posterior(-3.0)
-    first.add(model(0.0))
-    monkeypatch.setattr(weigh, "_begin", lambda *given: first)
-    record = SimpleNamespace(joined=lambda values: {}, angle=None, pieces=())
-    fit = SimpleNamespace(record=record)
-    found = weigh.weigh_models(fit, [], leading=True)
-    assert found.best.effects == ("drag",)
-    assert weigh.weigh_models(fit, [], begun=found).best.effects == ("damping", "lag")
 
 
 def test_a_model_with_most_effects_is_led_on_no_more(found, monkeypatch):

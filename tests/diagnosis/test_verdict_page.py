@@ -379,7 +379,7 @@ LONG = {"a": "crosstalk between electrodes", "b": "activation that lags behind t
         ),
         ({"verdict": "undecidable", "outside_usual_range": {"f0": ["x"]}}, "cannot tell: a constant is unusual, or"),
         (
-            {"follows": False, "effects": [], "model": "base", "horizon_s": 0.5},
+            {"follows": False, "model": "base", "horizon_s": 0.5},
             "The muscle model does not follow this arm: 3.0 deg off after half a sec",
         ),
         ({"horizon_s": 0.5}, "error on short pieces of held-out trials is then 1.7 deg"),
@@ -431,11 +431,7 @@ def test_where_nothing_was_hidden_the_page_says_what_the_verdict_made_of_it(kind
 
 def test_nobody_is_told_to_curl_a_machine_that_the_model_does_not_follow(facts):
     r2 = {"base": -3.0, "posture and speed": 0.8, "EMG without physics": 0.8}
-    told = tell(
-        facts(
-            follows=False, effects=[], horizon_s=0.5, model="base", electrodes=[], torque={"held_out": True, "r2": r2}
-        )
-    )
+    told = tell(facts(follows=False, horizon_s=0.5, model="base", electrodes=[], torque={"held_out": True, "r2": r2}))
     said = " ".join(told[part] for part in ("headline", "lead", "torque", "todo", "plan"))
     assert not told["session"] and not re.search("EMG|muscle|hand", said), said
     assert "the model explains R² -3" in told["torque"] and told["headline"].startswith("The model does not follow")
@@ -448,7 +444,7 @@ def test_what_to_record_is_told_so_that_a_person_can_do_it(facts):
     assert unsure["plan"] == "More trials like these would tell." and unsure["todo"] == "record more trials like these"
     assert "a helper lifts the forearm" in tell(facts(next_trial=proposed))["plan"]
     assert set(MENU) == set(tell(facts())["do"]), "every trial that can be proposed has its words"
-    lost = tell(facts(follows=False, effects=[], horizon_s=0.5, model="base"))["plan"]
+    lost = tell(facts(follows=False, horizon_s=0.5, model="base"))["plan"]
     trials = [line for line in lost.splitlines() if re.match(r"\d+\. ", line)]
     assert len(trials) == 8
     assert all(re.search(r"in the hand: ([\d.]+ kg|nothing); \d+ s\.$", line) for line in trials), trials

@@ -70,7 +70,7 @@ def verdict_facts(diagnosis: Diagnosis) -> dict[str, Any]:
         "probabilities": {
             name: float(p)
             for name, p in sorted(answer.probabilities.items(), key=lambda pair: -pair[1])
-            if p > LEAST and (verdict.follows or verdict.named)
+            if p > LEAST and verdict.follows
         },
         "emg_motion_deg": float(np.degrees(answer.emg_motion)),
         # Against the model without the effect, which has all others.

@@ -17,7 +17,6 @@ from myowave.diagnosis.likelihood.algebra import fewest
 from myowave.diagnosis.likelihood.components import COLOURED, DRIFT, EMG, GAINS, MISSING, NOISE, SHAPES
 from myowave.diagnosis.likelihood.hypothesis import Hypothesis
 from myowave.diagnosis.search.weigh import Posterior
-from myowave.identification.stages import ENOUGH, explained
 
 UNLIKELY = 1e-4  # of noise: what is left is then not noise
 SURPRISING = 6e-5  # 4 standard deviations
@@ -123,10 +122,10 @@ def answer_of(posterior: Posterior) -> Answer:
         classes.append(fewest(weight, NAMED))
     best = posterior.best
     white, usual = p_of_noise(best), p_of_constants(best)
-    # What leaves more than noise names nothing, nor what takes constants nobody has, nor what misses so much of short
-    # pieces that all this is far from linear.
-    near = best.fit.record.pieces is None or explained(best.fit) > ENOUGH
-    sound = near and white > UNLIKELY and (usual > SURPRISING or not classes)
+    # What follows short pieces alone lacks more than it has; what leaves more than noise names nothing, nor what takes
+    # constants nobody has.
+    follows = best.fit.record.pieces is None
+    sound = follows and white > UNLIKELY and (usual > SURPRISING or not classes)
     named = tuple(c for c in classes if c != (OUTSIDE,)) if sound else ()
     likely = probabilities.get(OUTSIDE, 0.0) > LIKELY
     if likely:

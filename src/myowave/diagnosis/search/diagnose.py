@@ -147,8 +147,7 @@ def weigh(
 
     A model that lacks much runs away within a second, and what it lacks is why. Over half a second it cannot get far,
     so effects are weighed there. With the most likely ones it is taken to longer pieces and to whole trials, and from
-    the motion of that fit the model without any is fitted to whole trials as well. Where it comes so far all are
-    weighed once more there, else over the pieces.
+    the motion of that fit the model without any is fitted to whole trials as well; then all are weighed once more.
 
     Args:
         fit: of the model without effects, to whole trials or pieces of them.
@@ -157,14 +156,14 @@ def weigh(
     led = None
     if fit.record.pieces is not None:
         short = over_short_pieces(fit.model, whole, free, fit.values) or fit
-        # The most likely model, then the one without its effects, fitted to whole trials.
-        found = weigh_models(short, effects, report=report, leading=True)
+        found = weigh_models(short, effects, report=report)
+        # The most likely model, and then the one without its effects, fitted to whole trials.
         best = found.best.fit
         led = attempt_fit(lambda: lengthen(best, whole, best.free))
         led = None if led is None or led.record.pieces is not None else led
         alone = None if led is None else attempt_fit(partial(refit, led, fit.model, free))
         if led is None or alone is None:
-            return _verdict(fit, weigh_models(short, effects, report=report, begun=found), effects)
+            return _verdict(fit, found, effects)
         fit = alone
         report(f"stages: {led.model.name}, found over short pieces, follows whole trials")
     return _verdict(fit, weigh_models(fit, effects, led, report), effects)

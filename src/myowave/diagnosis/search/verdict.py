@@ -19,7 +19,7 @@ class Verdict:
 
     @property
     def follows(self) -> bool:
-        """Whether the base model, or one with effects, follows whole trials, not only pieces of them."""
+        """Whether the base model, or one with effects, follows whole trials; where none does, none is named."""
         return self.ladder.fit.record.pieces is None
 
     @cached_property

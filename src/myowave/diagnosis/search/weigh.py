@@ -6,7 +6,7 @@ orders choose what is fitted: all that is compared was linearised where it stand
 """
 
 import math
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -82,41 +82,21 @@ class Posterior:
 
 
 def weigh_models(
-    fit: Fit,
-    effects: Iterable[Effect],
-    led: Fit | None = None,
-    report: Callable[[str], None] = lambda line: None,
-    *,
-    leading: bool = False,
-    begun: Posterior | None = None,
+    fit: Fit, effects: Iterable[Effect], led: Fit | None = None, report: Callable[[str], None] = lambda line: None
 ) -> Posterior:
-    """The posterior of models.
-
-    Args:
-        fit: of the model without any effect.
-        led: of one with some, which is known to be good.
-        leading: only the most likely model is asked for, and nothing that is near it.
-        begun: by a search that was leading, which is gone on with.
-    """
+    """The posterior of models, from the fit of the one without any effect; `led` has some, and is known to be good."""
     catalogue = {e.name: e for e in effects}
     joined = list(fit.record.joined(fit.record.angle).values())
     unfiltered = View.of(fit, Sensor(knots=knots_of(joined) if fit.record.pieces is None else None))
-    found = begun or _begin(fit, unfiltered, catalogue)
-    if led is not None:
-        base = found.base
-        more = tuple(e.name for e in led.model.effects[len(fit.model.effects) :])
-        found.add(settle(replace(base, effects=more, prior=found.prior * len(more)).at(led)))
-    while not _search(found, fit, catalogue, unfiltered, report, leading=leading):
-        found = _seen_anew(found, unfiltered)
-    return found
-
-
-def _begin(fit: Fit, unfiltered: View, catalogue: Collection[str]) -> Posterior:
-    """The posterior of the model without any effect alone."""
-    found = Posterior(-math.log(2 * max(len(catalogue), 1)))
     view = through_likely_filter(fit, unfiltered)
+    found = Posterior(-math.log(2 * max(len(catalogue), 1)))
     base = settle(with_likely_memory(Hypothesis.of(fit, view, catalogue)))
     found.add(base, _of_called_for_emg(base, fit))
+    if led is not None:
+        more = tuple(e.name for e in led.model.effects[len(fit.model.effects) :])
+        found.add(settle(replace(base, effects=more, prior=found.prior * len(more)).at(led)))
+    while not _search(found, fit, catalogue, unfiltered, report):
+        found = _seen_anew(found, unfiltered)
     return found
 
 
@@ -138,24 +118,19 @@ def _seen_anew(found: Posterior, view: View) -> Posterior:
 
 
 def _search(
-    found: Posterior,
-    fit: Fit,
-    catalogue: Mapping[str, Effect],
-    unfiltered: View,
-    report: Callable[[str], None],
-    *,
-    leading: bool,
+    found: Posterior, fit: Fit, catalogue: Mapping[str, Effect], unfiltered: View, report: Callable[[str], None]
 ) -> bool:
     """Add the models that lead on from the most likely ones; False where one asks no more for the filter that trials
     are looked at through, and all are to be seen anew. The fit is to the EMG as it was recorded."""
     top, rivals = found.best, list[Hypothesis]()
+    whole = fit.record.pieces is None  # over pieces nothing is named, so nothing near the top decides anything
     while True:
         for model in (top, *rivals):
             _lead_on(found, model, catalogue)
         if not top.effects:
             found.add(*_fit_pairs(top, found.screened[frozenset()], catalogue, found.prior))
         report(f"weigh: the likeliest of {len(found.models)} models so far is {found.best.fit.model.name}")
-        if len(found.best.effects) <= len(top.effects) and (leading or not _exchange(found, catalogue)):
+        if len(found.best.effects) <= len(top.effects) and not (whole and _exchange(found, catalogue)):
             break
         best = settle(found.best, steps=12)
         afresh = weigh_components(best.residual)  # from no causes of a model before
@@ -164,8 +139,8 @@ def _search(
         found.add(best, top, *_with_one_less(top))
         if _looked_filtered(found.best, unfiltered):
             return False
-        rivals = [] if leading else _rivals(found, top)
-    if not leading:
+        rivals = _rivals(found, top) if whole else []
+    if whole:
         found.add(*_by_recorded_emg(found, fit))
     return not _looked_filtered(found.best, unfiltered)
 
