@@ -197,6 +197,7 @@ def make_record(trials: Trials, model: Model, noise_deg: float | None = None) ->
         model: whose muscles say which channels are needed.
         noise_deg: standard deviation of the noise of the angle; None estimates it from the training trials.
     """
+    # ASSUME: noise behind a causal low-pass is like that behind one of phase zero with the same corner.
     corner = trials.emg_low_pass_hz
     recorded = [trials.angle[i, : trials.lengths[i]] for i in trials.index(trials.train)]
     noise = noise_of(recorded, noise_deg)

@@ -90,8 +90,8 @@ def _over_all_short_pieces(model: Model, record: Record, free: Sequence[Free], v
 
 
 def predicted(fit: Fit) -> float:
-    """Share of the motion that is predicted from measured states [-], see `share_explained`. Pieces are fitted from
-    starts of their own, which can make up for much over a short horizon."""
+    """Share of the motion that is predicted from measured states [-], see `share_explained`. A fit may move
+    the starts of pieces within the error of their measurement."""
     return share_explained(fit.record, predict(fit, fit.record).residual)
 
 

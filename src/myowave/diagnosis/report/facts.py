@@ -48,7 +48,7 @@ def verdict_facts(diagnosis: Diagnosis) -> dict[str, Any]:
             rung.name: {
                 "train": float(np.degrees(rung.seen.rmse)),
                 "heldout": float(np.degrees(rung.heldout.rmse)),
-                # What the fit leaves, each piece with a start of its own: to be set beside the noise.
+                # What the fit leaves, which may move starts of pieces within their error: to be set beside the noise.
                 "fitted": float(np.degrees(rung.fit.rmse())),
                 "noise": diagnosis.noise_deg,
             }

@@ -35,7 +35,7 @@ class Rung:
 
     fit: Fit
     # the training trials as they are to be set beside the others: pieces that start at measured states are predicted
-    # as these are, as the fit has a start of its own for each piece, and looks better by that
+    # as these are; the fit moves each start within the error of its measurement
     seen: Prediction
     heldout: Prediction
     misfit: pd.DataFrame
