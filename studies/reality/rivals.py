@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from importlib import import_module
 
 import numpy as np
+import torch
 from sklearn.linear_model import LassoCV
 
 from myowave.data.trials import Array, Trials
@@ -14,7 +15,7 @@ from myowave.identification.along import Along
 from myowave.identification.record import Record, make_record
 from myowave.identification.torque import TorqueBalance, effects_unseen_by_angle
 from myowave.physics.effect import Effect
-from myowave.physics.effects.coulomb_friction import STICTION
+from myowave.physics.effects.coulomb_friction import grown
 from myowave.physics.model import Model
 
 NOT_RUN = "not run"
@@ -23,7 +24,7 @@ TERMS = {
     "gravity": lambda q, v: np.sin(q),
     "joint_damping": lambda q, v: v,
     "quadratic_drag": lambda q, v: v * np.abs(v),
-    "coulomb_friction": lambda q, v: np.tanh(v / STICTION),
+    "coulomb_friction": lambda q, v: grown(torch.as_tensor(v)).numpy(),
 }
 THRESHOLD = 0.1  # of coefficients, as PySINDy has it by default
 

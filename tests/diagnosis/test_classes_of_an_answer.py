@@ -37,6 +37,13 @@ def test_the_fewest_names_that_hold_what_is_missing_are_a_class(said):
     assert said((0.4, "drag", ""), (0.6, "", "")) == ("adequate", ())
 
 
+def test_an_effect_with_a_likelier_cause_beside_it_belongs_to_the_class(said):
+    """One of two effects is missing; that some cause goes with one of them is no third possibility."""
+    rows = (0.55, "drag", ""), (0.2, "damping", ""), (0.25, "damping", EMG)
+    assert said(*rows) == ("class", (("drag", "damping"),))
+    assert said((0.35, "drag", ""), (0.3, "damping", EMG), (0.35, "drag", EMG)) == ("class", (("drag", "damping"),))
+
+
 def test_a_name_is_not_all_where_other_shapes_are_likelier_than_not_beside_it(said):
     assert said((0.8, "drag", SHAPES), (0.2, "drag", "")) == ("partial", (("drag",),))
     assert said((0.4, "drag", SHAPES), (0.6, "drag", "")) == ("effect", (("drag",),))

@@ -68,10 +68,11 @@ def test_what_the_catalogue_has_is_no_part_of_what_it_lacks(damped, effects):
 def test_a_term_of_the_general_correction_is_the_effect_that_it_is_said_to_be(term, name, effects):
     """But for its size, and for a constant torque beside a stiffness."""
     q, v = torch.linspace(0.2, 2.0, 50).double(), torch.linspace(-3.0, 2.0, 50).double()
-    (parameter,) = effects[name].parameters
+    size, *others = effects[name].parameters
     given = {"q": q, "qdot": v}
+    strength = dict.fromkeys(others, torch.tensor(0.0).double()) | {size: torch.tensor(1.0).double()}
     asked = effects[name].function.__code__.co_varnames[: effects[name].function.__code__.co_argcount]
-    torque = effects[name].function(*(given[n] for n in asked), **{parameter: torch.tensor(1.0).double()})
+    torque = effects[name].function(*(given[n] for n in asked), **strength)
     torque = torch.as_tensor(torque).expand_as(q)
     centred = torch.stack([torque - torque.mean(), (part := OF_MOTION[term](q, v, v)) - part.mean()])
     if term != "1":

@@ -35,13 +35,14 @@ def driven(model, params):
 def test_a_machine_moves_as_an_independent_solver_says(machine):
     """The motor's torque is linear between samples and falls with speed; friction sees it with the weight."""
     model = machine.with_effects([catalogue()["load_friction"], catalogue()["quadratic_drag"]])
-    q = simulate(driven(model, {"load_friction.mu": 0.2, "quadratic_drag.d": 0.003}), 1.0).q[0]
+    q = simulate(driven(model, {"load_friction.mu": 0.2, "load_friction.s": 0.9, "quadratic_drag.d": 0.003}), 1.0).q[0]
 
     def turn(t, state):
         motor = np.interp(t, TIME, TORQUE) - BRAKING * state[1]
         weight = -MASS * STANDARD_GRAVITY * COM * np.sin(state[0])
-        friction = 0.2 * abs(motor - weight) * np.tanh(state[1] / 0.1) + 0.003 * state[1] * abs(state[1])
-        return [state[1], (motor + weight - friction) / INERTIA]
+        drag = 0.003 * state[1] * abs(state[1])
+        friction = 0.2 * abs(motor - weight) * np.tanh(state[1] / (0.03 * np.exp(0.9)))
+        return [state[1], (motor + weight - friction - drag) / INERTIA]
 
     found = solve_ivp(turn, TIME[[0, -1]], [1.0, 0.0], t_eval=TIME, rtol=1e-9, atol=1e-9, max_step=DT)
     torch.testing.assert_close(q, torch.from_numpy(found.y[0]), rtol=0, atol=1e-4)
@@ -64,7 +65,7 @@ def test_nothing_drives_a_pendulum_which_keeps_its_energy(machine):
 
 def test_derivatives_are_those_of_the_motion(machine):
     model = machine.with_effects([catalogue()["load_friction"]])
-    usual = {"load_friction.mu": 0.2, "inertia": INERTIA, "braking": BRAKING, "tilt": 0.1}
+    usual = {"load_friction.mu": 0.2, "load_friction.s": 1.2, "inertia": INERTIA, "braking": BRAKING, "tilt": 0.1}
     start = torch.tensor([1.0], dtype=torch.float64), torch.zeros(1, dtype=torch.float64)
     found = solve(driven(model, usual), *start, wrt=dict.fromkeys(usual, 0.01))
     for name, derivative in zip(usual, found.by_parameter, strict=True):

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 import torch
 from torch import Tensor
 
-FAST = 0.1  # rad/s at which friction has reached its size
+from myowave.physics.effects.coulomb_friction import grown
 
 # Of angle, velocity and an activation, all of one shape, by how they are written.
 OfJoint = Callable[[Tensor, Tensor, Tensor], Tensor]
@@ -16,7 +16,7 @@ OF_MOTION: Mapping[str, OfJoint] = {
     "sin(2 q)": lambda q, v, a: torch.sin(2 * q),
     "qdot": lambda q, v, a: v,
     "qdot |qdot|": lambda q, v, a: v * v.abs(),
-    "the sign of qdot": lambda q, v, a: torch.tanh(v / FAST),
+    "the sign of qdot": lambda q, v, a: grown(v),
     "q qdot": lambda q, v, a: q * v,
 }
 # The effects that some of these are. Where a catalogue has one, what it lacks has not.
@@ -35,7 +35,7 @@ OF_ACTIVATION: Mapping[str, OfJoint] = {
     " q^2": lambda q, v, a: a * q * q,
     " qdot": lambda q, v, a: a * v,
     " qdot |qdot|": lambda q, v, a: a * v * v.abs(),
-    " the sign of qdot": lambda q, v, a: a * torch.tanh(v / FAST),
+    " the sign of qdot": lambda q, v, a: a * grown(v),
 }
 
 # What a sensor may add to the angle: an offset, a share of it, and what it lags.

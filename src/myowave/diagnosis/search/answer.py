@@ -4,7 +4,8 @@ A probability alone is no licence to name: among thousands of samples a wrong mo
 ones. So what the best model leaves has to be noise too, divided by its covariance; else something else is missing.
 """
 
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -13,7 +14,6 @@ import torch
 from scipy.stats import chi2
 
 from myowave.diagnosis.causes import CLOCK_DRIFT, EMG_NOISE, GAIN_PER_TRIAL, LIKELY, NAMED, OUTSIDE, OWN_SHAPES
-from myowave.diagnosis.likelihood.algebra import fewest
 from myowave.diagnosis.likelihood.components import COLOURED, DRIFT, EMG, GAINS, MISSING, NOISE, SHAPES
 from myowave.diagnosis.likelihood.hypothesis import Hypothesis
 from myowave.diagnosis.search.weigh import Posterior
@@ -112,14 +112,10 @@ def answer_of(posterior: Posterior) -> Answer:
     probabilities = {name: min(1.0, sum(p for p, some in rows if name in some)) for name in names}
     sure = [name for name, p in probabilities.items() if p >= NAMED]
     classes: list[tuple[str, ...]] = [(name,) for name in sorted(sure, key=lambda n: -probabilities[n])]
-    weight: dict[str, float] = {}
-    for p, some in rows:
-        if rest := some - set(sure):
-            first = max(rest, key=lambda n: probabilities[n])
-            weight[first] = weight.get(first, 0.0) + p
-    something = sum(weight.values())
+    rest = [(p, some - set(sure)) for p, some in rows]
+    something = sum(p for p, some in rest if some)
     if something >= NAMED:
-        classes.append(fewest(weight, NAMED))
+        classes.append(_holding(rest, NAMED))
     best = posterior.best
     white, usual = p_of_noise(best), p_of_constants(best)
     # What follows short pieces alone lacks more than it has; what leaves more than noise names nothing, nor what takes
@@ -138,6 +134,20 @@ def answer_of(posterior: Posterior) -> Answer:
     more = sum(p for p, some in rows if some & unnamed) > LIKELY
     beyond = not sound or len(named) < len(classes) or ((likely or more) and bool(named))
     return Answer(_kind(named, something, usual, beyond=beyond), named, probabilities, best, white, usual)
+
+
+def _holding(rows: Sequence[tuple[float, frozenset[str]]], share: float) -> tuple[str, ...]:
+    """Few names, the likeliest first, one of which at least is in models that hold this share of the probability: each
+    is the one that most of the models without those before it have."""
+    members: list[str] = []
+    left = list(rows)
+    while sum(p for p, _ in left) > 1 - share:
+        weight: Counter[str] = Counter()
+        for p, some in left:
+            weight.update(dict.fromkeys(some, p))
+        members.append(max(sorted(weight), key=lambda name: weight[name]))
+        left = [(p, some) for p, some in left if members[-1] not in some]
+    return tuple(members)
 
 
 def _kind(named: tuple[tuple[str, ...], ...], something: float, usual: float, *, beyond: bool) -> Kind:

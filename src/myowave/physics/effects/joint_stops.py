@@ -8,8 +8,8 @@ from myowave.physics.effect import Effect, Parameter
 # ASSUME: the elbow straight and flexed by 145 degrees are the ends of its range [rad]; both stops are equally firm.
 EXTENDED, FLEXED = 0.0, 2.53
 STEEPNESS = 10.0  # 1/rad
-# ASSUME: beyond 0.5 rad past a stop its torque grows no more; a joint is never there, a solver's trial step may be.
-DEEPEST = 5.0
+# ASSUME: beyond 1.2 rad past a stop its torque grows no more; a joint is never there, a solver's trial step may be.
+DEEPEST = 12.0
 
 
 def stop_torque(q: Tensor, *, k: Tensor) -> Tensor:

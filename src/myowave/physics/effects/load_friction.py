@@ -1,30 +1,30 @@
 """Dry friction of a drive that grows with the torque that it passes on."""
 
-import torch
 from torch import Tensor
 
 from myowave.physics.effect import Effect, Parameter
-from myowave.physics.effects.coulomb_friction import STICTION
+from myowave.physics.effects.coulomb_friction import GROWTH, grown
 
 
-def load_friction_torque(qdot: Tensor, torque: Tensor, gravity: Tensor, *, mu: Tensor) -> Tensor:
-    """Torque [N m] against the motion, -mu |torque - gravity| tanh(qdot / 0.1).
+def load_friction_torque(qdot: Tensor, torque: Tensor, gravity: Tensor, *, mu: Tensor, s: Tensor) -> Tensor:
+    """Torque [N m] against the motion, -mu |torque - gravity| tanh(qdot / v), v = 0.03 exp(s).
 
     Args:
         qdot: angular velocity [rad/s].
         torque: what muscles and motor drive the joint with [N m].
         gravity: torque of the weight [N m]; where the drive holds it, both press on the drive from its two sides.
         mu: share of that load that is lost in friction [-].
+        s: logarithm of the velocity v over 0.03 rad/s [-].
     """
-    return -mu * (torque - gravity).abs() * torch.tanh(qdot / STICTION)
+    return -mu * (torque - gravity).abs() * grown(qdot, s)
 
 
 EFFECT = Effect(
     name="load_friction",
     title="friction that grows with the load",
     acts_on="joint",
-    equation="-mu |torque - gravity| tanh(qdot / 0.1 rad/s)",
+    equation="-mu |torque - gravity| tanh(qdot / v), v = 0.03 rad/s exp(s)",
     function=load_friction_torque,
-    parameters={"mu": Parameter("-", high=1.0, typical=0.1, meaning="share of the load lost in friction")},
+    parameters={"mu": Parameter("-", high=1.0, typical=0.1, meaning="share of the load lost in friction"), "s": GROWTH},
     source="Duclusaud et al. 2024, arXiv 2410.08650, extended friction models of servo actuators",
 )

@@ -4,7 +4,7 @@ import torch
 from torch import Tensor
 
 from myowave.physics.effect import Effect, Parameter
-from myowave.physics.effects.coulomb_friction import STICTION
+from myowave.physics.effects.coulomb_friction import grown
 
 # ASSUME: of what rest adds a share of 1/e is left at about this angular velocity [rad/s], of 0.1 (slower than the
 # friction itself grows from rest it cannot be) to 2.5.
@@ -12,7 +12,7 @@ USUAL = 0.5
 
 
 def stribeck_torque(qdot: Tensor, *, tau: Tensor, s: Tensor) -> Tensor:
-    """Torque [N m] against the motion, -tau exp(-(qdot / v)^2) tanh(qdot / 0.1), v = 0.5 exp(s).
+    """Torque [N m] against the motion, -tau exp(-(qdot / v)^2) tanh(qdot / 0.03), v = 0.5 exp(s).
 
     Args:
         qdot: angular velocity [rad/s].
@@ -20,14 +20,14 @@ def stribeck_torque(qdot: Tensor, *, tau: Tensor, s: Tensor) -> Tensor:
         s: logarithm of the velocity v over 0.5 rad/s [-].
     """
     share = torch.exp(-((qdot / USUAL) ** 2) * torch.exp(-2.0 * s))
-    return -tau * share * torch.tanh(qdot / STICTION)
+    return -tau * share * grown(qdot)
 
 
 EFFECT = Effect(
     name="stribeck_friction",
     title="dry friction that is largest near rest",
     acts_on="joint",
-    equation="-tau exp(-(qdot / v)^2) tanh(qdot / 0.1 rad/s), v = 0.5 rad/s exp(s)",
+    equation="-tau exp(-(qdot / v)^2) tanh(qdot / 0.03 rad/s), v = 0.5 rad/s exp(s)",
     function=stribeck_torque,
     parameters={
         "tau": Parameter("N m", high=5.0, typical=0.5, meaning="what friction near rest has beyond that in motion"),
