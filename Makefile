@@ -1,6 +1,6 @@
 # Everything from a fresh clone: `make run`, `make test`. The environment is made where it is not there.
 .DEFAULT_GOAL := run
-.PHONY: run bench bench-gpu mutants faults test test-browser test-opensim test-slurm lint docs readme ui dashboard publish clean
+.PHONY: run bench bench-gpu mutants faults test test-browser test-mujoco test-opensim test-slurm lint docs readme ui dashboard publish clean
 
 PYTHON ?= python3
 CORES ?= 2
@@ -18,6 +18,10 @@ test: $(VENV)/.ready ## all tests that need nothing but Python
 test-browser: $(VENV)/.ready ## what `make ui` and the report show, in a browser without a screen
 	$(call install,/usr/bin/chromedriver,chromium chromium-driver)
 	$(BIN)/pytest -q -rs -m browser
+
+test-mujoco: $(VENV)/.ready ## arms that MuJoCo moves, of the study of verdicts
+	$(BIN)/python -m pip install -q --target $(VENV)/mujoco --no-deps -r studies/verdicts/requirements.txt
+	PYTHONPATH=$(VENV)/mujoco $(BIN)/pytest -q -m mujoco
 
 test-opensim: $(VENV)/.ready ## muscle paths of an OpenSim model, with OpenSim itself
 	$(BIN)/python -m pip install -q --no-deps --target $(VENV)/opensim opensim==4.6

@@ -16,6 +16,7 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import date
+from importlib.util import find_spec
 from pathlib import Path
 
 import pandas as pd
@@ -51,6 +52,8 @@ def main() -> None:
     given = parser.parse_args()
     torch.set_num_threads(1)
     warnings.filterwarnings("ignore")
+    if given.draw is not None and find_spec("mujoco") is None:
+        parser.error("MuJoCo moves some of the arms: pip install --no-deps -r studies/verdicts/requirements.txt")
     settings = read_settings([ROOT / "config.yaml"])
     dataset = settings.data.datasets[DATASET]
     assert isinstance(dataset, SimulatedDataset)

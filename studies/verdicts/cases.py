@@ -18,7 +18,7 @@ from myowave.physics.model import Model
 from myowave.physics.motion import simulate
 from myowave.physics.simulation import Simulation, channels_of
 from myowave.settings import SimulatedDataset
-from studies.verdicts import simulator
+from studies.verdicts import mujoco_arm, simulator
 from studies.verdicts.worlds import FINER, NOISES, World, record, sample_and_hold
 
 SETS = {  # of each world in a draw: with a hidden effect, and without any
@@ -30,7 +30,9 @@ SETS = {  # of each world in a draw: with a hidden effect, and without any
     "outside": (5, 0),
     "all_at_once": (4, 3),
     "other_simulator": (5, 5),
+    "mujoco": (5, 3),
 }
+SIMULATORS = {"other_simulator": simulator, "mujoco": mujoco_arm}
 STRENGTHS = (0.5, 1.0)  # see `hidden_values`
 NOISE_DEG, NOISES_DEG = 1.0, (0.3, 1.0, 3.0)  # of the angle; of the world that is as assumed in turn
 TURNS, SEEDS = 1000, 10_000  # of an attempt and of a draw: more than a world has cases
@@ -74,7 +76,7 @@ def list_cases(base: Model, catalogue: Mapping[str, Effect], draw: int) -> Itera
     sets without any effect."""
     possible = [name for name, effect in catalogue.items() if not base.refuses(effect)]
     for world, (hidden, clean) in SETS.items():
-        choice = [name for name in possible if name in simulator.EFFECTS or world != "other_simulator"]
+        choice = [name for name in possible if name in (SIMULATORS[world].EFFECTS if world in SIMULATORS else possible)]
         order = np.random.default_rng([draw, zlib.crc32(world.encode())]).permutation(choice)
         noises = NOISES_DEG if world == "as_assumed" else (NOISE_DEG,)
         for i in range(hidden):
@@ -121,8 +123,9 @@ def _exact_trials(
     case: Case, world: World, dataset: SimulatedDataset, catalogue: Mapping[str, Effect]
 ) -> Trials | None:
     """What the arm does, before it is recorded."""
-    if case.world == "other_simulator":
-        return simulator.make_trials(simulator.Arm.draw(case.random), case.hidden, case.seed, dataset)
+    if case.world in SIMULATORS:
+        arm = SIMULATORS[case.world].Arm.draw(case.random)
+        return simulator.make_trials(arm, case.hidden, case.seed, dataset)
     settings = dataset.model_copy(
         update={
             "hidden_effect": case.hidden,

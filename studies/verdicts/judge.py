@@ -12,6 +12,7 @@ from myowave.diagnosis.search.diagnose import weigh
 from myowave.identification.output_error import Fit
 from myowave.identification.stages import FAILURES
 from myowave.physics.effect import Effect
+from studies.verdicts.cases import SIMULATORS
 from studies.verdicts.sets import Drawn
 
 
@@ -90,7 +91,7 @@ def _held(drawn: Drawn, judged: Judged) -> list[bool]:
     """Whether each interval holds the true value, where the model has what was hidden and the arm such a parameter."""
     case = drawn.case
     # The constants of another simulator are its own.
-    if case.taken_out or case.world == "other_simulator" or set(judged.effects) != set(case.hidden):
+    if case.taken_out or case.world in SIMULATORS or set(judged.effects) != set(case.hidden):
         return []
     truth = {**drawn.constants, **{f"{e}.{p}": v for e, ps in case.hidden.items() for p, v in ps.items()}}
     curved = case.world in ("other_curves", "all_at_once")

@@ -26,7 +26,11 @@ from studies.verdicts.visible import signals_of
 from studies.verdicts.worlds import CURVES, HELD_BACK, TRUE, TRUE_OF, draw_world
 
 ATTEMPTS = 3  # to draw an arm that stays in range
-ALIKE = {"all_at_once": ("other_curves", "other_constants", "other_solver"), "other_simulator": ("other_curves",)}
+ALIKE = {
+    "all_at_once": ("other_curves", "other_constants", "other_solver"),
+    "other_simulator": ("other_curves",),
+    "mujoco": ("other_curves", "other_constants"),
+}
 
 
 @dataclass(frozen=True)

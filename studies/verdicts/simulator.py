@@ -5,6 +5,7 @@ Shapes: T trials, N samples; muscles are biceps and triceps.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -16,6 +17,14 @@ from myowave.settings import SimulatedDataset
 EFFECTS = ("joint_damping", "gravity_tilt", "emg_crosstalk", "joint_stiffness", "constant_torque", "observation_lag")
 GRAVITY, REST = 9.80665, 1.0  # rest of the joint's stiffness [rad], which is a convention
 MOST_DRAWS = 4
+CHANNELS = ("emg_biceps", "emg_triceps")
+
+
+class Moves(Protocol):
+    """An arm of any simulator."""
+
+    def moved(self, effects: Mapping[str, Mapping[str, float]], emg: Array, dt: float, start_rad: float) -> Array:
+        """See `Arm.moved`."""
 
 
 @dataclass(frozen=True)
@@ -82,46 +91,43 @@ class Arm:
         activation = (1 + self.shape) * drive / (1 + self.shape * drive)
         return np.asarray((self.FORCE * arm * (activation * active * force + passive)).sum(-1))
 
+    def moved(self, effects: Mapping[str, Mapping[str, float]], emg: Array, dt: float, start_rad: float) -> Array:
+        """The angle that an observer sees [rad], (T, N), from the muscles' own EMG (T, N, 2), straight between samples.
 
-def simulate_arm(
-    arm: Arm, effects: Mapping[str, Mapping[str, float]], emg: Array, dt: float, start_rad: float
-) -> Array:
-    """The angle that an observer sees [rad], (T, N), from EMG (T, N, 2) that is straight between samples.
+        Args:
+            effects: some of `EFFECTS`, with their parameters by short name.
+        """
+        trials, samples = emg.shape[:2]
+        value = {f"{name}.{p}": v for name, values in effects.items() for p, v in values.items()}
+        time = np.arange(samples) * dt
 
-    Args:
-        effects: some of `EFFECTS`, with their parameters by short name.
-    """
-    trials, samples = emg.shape[:2]
-    value = {f"{name}.{p}": v for name, values in effects.items() for p, v in values.items()}
-    time = np.arange(samples) * dt
-    own = (emg - value.get("emg_crosstalk.x", 0.0) * emg[..., ::-1]).clip(0.0)
+        def drive(at: float) -> Array:
+            position = ((at - self.delay) / dt).clip(0, samples - 1.001)
+            left = position.astype(int)
+            share = position - left
+            both = np.arange(2)
+            return np.asarray(emg[:, left, both] * (1 - share) + emg[:, left + 1, both] * share)
 
-    def drive(at: float) -> Array:
-        position = ((at - arm.delay) / dt).clip(0, samples - 1.001)
-        left = position.astype(int)
-        share = position - left
-        both = np.arange(2)
-        return np.asarray(own[:, left, both] * (1 - share) + own[:, left + 1, both] * share)
+        def change(at: float, state: Array) -> Array:
+            angle, velocity, seen = state.reshape(3, trials)
+            torque = self.torque(angle, velocity, drive(at)) - self.mass * GRAVITY * np.sin(
+                angle + value.get("gravity_tilt.phi", 0.0)
+            )
+            torque += value.get("constant_torque.tau", 0.0) - value.get("joint_damping.c", 0.0) * velocity
+            torque -= value.get("joint_stiffness.k", 0.0) * (angle - REST)
+            lag = value.get("observation_lag.tau", 0.0)
+            return np.concatenate([velocity, torque / self.mass, (angle - seen) / lag if lag else velocity])
 
-    def change(at: float, state: Array) -> Array:
-        angle, velocity, seen = state.reshape(3, trials)
-        torque = arm.torque(angle, velocity, drive(at)) - arm.mass * GRAVITY * np.sin(
-            angle + value.get("gravity_tilt.phi", 0.0)
-        )
-        torque += value.get("constant_torque.tau", 0.0) - value.get("joint_damping.c", 0.0) * velocity
-        torque -= value.get("joint_stiffness.k", 0.0) * (angle - REST)
-        lag = value.get("observation_lag.tau", 0.0)
-        return np.concatenate([velocity, torque / arm.mass, (angle - seen) / lag if lag else velocity])
-
-    state = np.concatenate([np.full(trials, start_rad), np.zeros(trials), np.full(trials, start_rad)])
-    solved = solve_ivp(change, (0.0, time[-1]), state, "DOP853", time, rtol=1e-4, atol=1e-5)
-    return np.asarray(solved.y[2 * trials :]) if solved.success else np.full((trials, samples), np.nan)
+        state = np.concatenate([np.full(trials, start_rad), np.zeros(trials), np.full(trials, start_rad)])
+        solved = solve_ivp(change, (0.0, time[-1]), state, "DOP853", time, rtol=1e-4, atol=1e-5)
+        return np.asarray(solved.y[2 * trials :]) if solved.success else np.full((trials, samples), np.nan)
 
 
 def make_trials(
-    arm: Arm, effects: Mapping[str, Mapping[str, float]], seed: int, like: SimulatedDataset
+    arm: Moves, effects: Mapping[str, Mapping[str, float]], seed: int, like: SimulatedDataset
 ) -> Trials | None:
-    """Trials with noise of the EMG that drives the arm; None where no draw keeps it in range.
+    """Trials with noise of the EMG that drives the arm; None where no draw keeps it in range. Where there is crosstalk,
+    each electrode reports a share of the other muscle too, in units of its own maximum.
 
     Args:
         like: says how many trials and how long they are.
@@ -133,11 +139,13 @@ def make_trials(
         if not len(out):
             names = tuple(str(i + 1) for i in range(like.trials))
             lengths = (like.samples,) * like.trials
-            return Trials(f"arm{seed}", like.dt_s, names, ("emg_biceps", "emg_triceps"), emg, angle, lengths, like.test)
+            share = effects.get("emg_crosstalk", {}).get("x", 0.0)
+            heard = (emg + share * emg[..., ::-1]) / (1 + share)
+            return Trials(f"arm{seed}", like.dt_s, names, CHANNELS, heard, angle, lengths, like.test)
         drawn = synthetic_emg(seed, trials=like.trials, samples=like.samples, dt=like.dt_s, draw=draw)
         drawn += like.emg_noise * np.random.default_rng([seed, draw]).standard_normal(drawn.shape)
         emg[out] = drawn.clip(0.0, 1.0)[out]
-        angle[out] = simulate_arm(arm, effects, emg[out], like.dt_s, like.start_rad)
+        angle[out] = arm.moved(effects, emg[out], like.dt_s, like.start_rad)
     return None
 
 

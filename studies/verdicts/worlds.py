@@ -34,6 +34,7 @@ WORLDS = {
     "outside": "effect not in the catalogue",
     "all_at_once": "all of these at once",
     "other_simulator": "another simulator",
+    "mujoco": "moved by MuJoCo",
 }
 TABLE = np.linspace(0.0, 2.5, 2001)  # fibre lengths, and velocities + 1, at which a drawn curve is tabulated
 FINER = 4  # steps in a sample of the solver with a sample-and-hold

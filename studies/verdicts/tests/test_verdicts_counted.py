@@ -15,7 +15,7 @@ from myowave.diagnosis.causes import OWN_SHAPES
 from myowave.diagnosis.scoring import grade
 from myowave.settings import DiagnosisSettings, Scatter
 from studies.shared import GRADES
-from studies.verdicts import __main__, simulator
+from studies.verdicts import __main__, mujoco_arm, simulator
 from studies.verdicts.cases import SETS, Case, hidden_values, list_cases, make_trials
 from studies.verdicts.figures import draw_reliability
 from studies.verdicts.judge import Judged, judge_set
@@ -207,23 +207,44 @@ def test_another_rate_keeps_the_motion(trials, model):
     )
 
 
-def test_the_other_simulator_agrees_with_this_one_about_the_paper_s_arm(model, dataset):
+@pytest.mark.parametrize("of", [simulator, pytest.param(mujoco_arm, marks=pytest.mark.mujoco)])
+def test_another_simulator_agrees_with_this_one_about_the_paper_s_arm(model, dataset, of):
     """With its parameters nearest to the paper's curves the motion is that of this project within a few degrees, and
     not exactly: the formulas are others."""
     short = dataset.model_copy(update={"trials": 2, "samples": 120, "test": ("2",)})
     ours, _ = simulate_trials("same", short, model, {})
     middle = SimpleNamespace(
-        normal=lambda mean, deviation: mean,
+        normal=lambda mean, deviation, size=(): np.full(size, mean),
         uniform=lambda low, high: (low + high) / 2,
         standard_normal=lambda size: np.zeros(size),
     )
-    arm = simulator.Arm.draw(middle)
-    seen = simulator.simulate_arm(arm, {}, ours.emg, ours.dt, short.start_rad)
+    arm = of.Arm.draw(middle)
+    seen = arm.moved({}, ours.emg, ours.dt, short.start_rad)
     assert 0.01 < np.degrees(np.abs(seen - ours.angle).mean()) < 8.0
-    damped = simulator.simulate_arm(arm, {"joint_damping": {"c": 1.0}}, ours.emg, ours.dt, short.start_rad)
-    lag = simulator.simulate_arm(arm, {"observation_lag": {"tau": 0.1}}, ours.emg, ours.dt, short.start_rad)
+    damped = arm.moved({"joint_damping": {"c": 1.0}}, ours.emg, ours.dt, short.start_rad)
+    lag = arm.moved({"observation_lag": {"tau": 0.1}}, ours.emg, ours.dt, short.start_rad)
     assert np.abs(damped - seen).max() > 0.01
     np.testing.assert_allclose(lag[:, :-1] + 0.1 * np.gradient(lag, ours.dt, axis=1)[:, :-1], seen[:, :-1], atol=0.02)
+
+
+@pytest.mark.mujoco
+def test_mujoco_hides_what_the_effects_say():
+    """Accelerations from rest, the muscles silent, are those of the formulas; dry friction holds the arm."""
+    arm, start, step = mujoco_arm.Arm.draw(np.random.default_rng(0)), 0.8, 1e-3
+    weight = simulator.GRAVITY * arm.mass
+
+    def accelerates(**effects):
+        angle = arm.moved(effects, np.zeros((1, 4, 2)), step, start)[0]
+        return (angle[2] - 2 * angle[1] + angle[0]) / step**2
+
+    still = -weight * np.sin(start) / arm.mass
+    assert accelerates() == pytest.approx(still, rel=0.01)
+    assert accelerates(gravity_tilt={"phi": 0.3}) == pytest.approx(-weight * np.sin(start + 0.3) / arm.mass, rel=0.01)
+    assert accelerates(forearm_inertia={"r": 0.5}) == pytest.approx(still / 1.5, rel=0.01)
+    assert accelerates(joint_stiffness={"k": 3.0}) == pytest.approx(still - 3.0 * (start - 1.0) / arm.mass, rel=0.01)
+    assert accelerates(constant_torque={"tau": 2.0}) == pytest.approx(still + 2.0 / arm.mass, rel=0.01)
+    held = arm.moved({"coulomb_friction": {"tau": 20.0}}, np.zeros((1, 500, 2)), step, start)
+    np.testing.assert_allclose(held, start, atol=np.radians(0.5))
 
 
 def rows_of(judge, *grades, world="other_curves", shows="a"):
