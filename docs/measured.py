@@ -75,7 +75,7 @@ def collect(results: Path) -> dict[str, Any]:
             *(pd.read_csv(ROOT / f"docs/study_{name}.csv", keep_default_na=False) for name in ("cases", "before"))
         ),
         "reality": _reality(pd.read_csv(ROOT / "docs/reality.csv")),
-        "minutes": sum(job["s"].sum() for job in jobs) / 60,
+        "minutes": sum(job["cpu_time"].sum() for job in jobs) / 60,
     }
 
 
@@ -172,7 +172,7 @@ def blocks(numbers: dict[str, Any]) -> dict[str, str]:
             **Compare.** The published muscle model, fitted to four trials with every constant free that nobody
             measured, misses the fifth by {_small(before, "deg")}.""",
         "time": f"""
-            Networks and diagnoses took {numbers["minutes"]:.0f} core minutes, about half of that on two cores.
+            Networks and diagnoses took {numbers["minutes"]:.0f} minutes of processor time, about half of that on two idle cores.
             Later runs redo only what a change affects.""",
         "trust": f"""
             Of {study["arms"]} simulated arms {study["wrong"]} were judged wrong

@@ -25,7 +25,9 @@ Others recorded the machines and the person; OpenSim moves Arm26. What was withh
   of them once counted as "nothing", where its page says that it is not sure;
 - tendons with a toe, and lags that change with the activation, as OpenSim has them: the first row of Arm26 had been
   wrong; that unusual constants are told beside named effects, and graded: the second had been;
-- dry friction that is largest near rest, and how it is sought: the servo that is off had been wrong;
+- dry friction that is largest near rest, how it is sought, and how fast friction grows from rest, which arms that
+  MuJoCo moves had asked for: the servo that is off had been wrong, and then left open; stops of a joint, which had
+  ended half a radian past its range;
 - how steeply the passive force rises, how large the force of a lengthening muscle can be, and that the search leads on
   from an exchange of effects: three rows of Arm26 had been answered in part;
 - what the catalogue has is no part of what it lacks, and how strong effects may be: the pendulum in bearings had been
@@ -57,8 +59,8 @@ TAIL = """
 - **servo and weight**: [data/servo_pendulum](https://github.com/Rhoban/bam). Its authors find friction in proportion to
   the load on the gears; damping and dry friction are the usual, wrong answer. Its size, 0.4, is of a quick fit to the
   free-running logs; where the interval misses it, either may be off. One of three gains is kept for testing.
-  With the motor off its drops cannot tell three answers apart: dry friction with drag is likelier than with damping by
-  at most 3 nats, and by less than 2 than damping with a friction that is largest near rest, which its authors have.
+  With the motor off its drops cannot tell what is beside dry friction: drag and damping are as likely, to within a
+  nat. Its authors have damping, and a friction that is largest near rest.
 - **pendulum in bearings**: [data/free_pendulum](https://github.com/dynamicslab/MultiArm-Pendulum). The second half of
   each swing is kept for testing.
 - **a person**: [data/elbow_curls](https://github.com/jiruifu-jerry0219/UpperLimbEstimator). The question is what
