@@ -172,7 +172,7 @@ def blocks(numbers: dict[str, Any]) -> dict[str, str]:
             **Compare.** The published muscle model, fitted to four trials with every constant free that nobody
             measured, misses the fifth by {_small(before, "deg")}.""",
         "time": f"""
-            Networks and diagnoses took {numbers["minutes"]:.0f} minutes of processor time, about half of that on two idle cores.
+            Networks and diagnoses took {numbers["minutes"]:.0f} processor minutes, half of that on two idle cores.
             Later runs redo only what a change affects.""",
         "trust": f"""
             Of {study["arms"]} simulated arms {study["wrong"]} were judged wrong
