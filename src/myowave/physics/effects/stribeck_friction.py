@@ -6,8 +6,8 @@ from torch import Tensor
 from myowave.physics.effect import Effect, Parameter
 from myowave.physics.effects.coulomb_friction import grown
 
-# ASSUME: of what rest adds a share of 1/e is left at about this angular velocity [rad/s], of 0.1 (slower than the
-# friction itself grows from rest it cannot be) to 2.5.
+# ASSUME: of what rest adds a share of 1/e is left at about this angular velocity [rad/s], of 0.1 (slower than friction
+# usually grows from rest it cannot be) to 2.5.
 USUAL = 0.5
 
 
