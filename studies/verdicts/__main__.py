@@ -16,6 +16,7 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import date
+from fnmatch import fnmatch
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -52,19 +53,20 @@ def main() -> None:
     given = parser.parse_args()
     torch.set_num_threads(1)
     warnings.filterwarnings("ignore")
-    if given.draw is not None and find_spec("mujoco") is None:
-        parser.error("MuJoCo moves some of the arms: pip install --no-deps -r studies/verdicts/requirements.txt")
     settings = read_settings([ROOT / "config.yaml"])
     dataset = settings.data.datasets[DATASET]
     assert isinstance(dataset, SimulatedDataset)
     base, effects = build_model("base", settings.physics_of(DATASET)), catalogue()
     given.folder.mkdir(parents=True, exist_ok=True)
-    for case in [] if given.draw is None else list_cases(base, effects, given.draw):
+    cases = [] if given.draw is None else list(list_cases(base, effects, given.draw))
+    wanted = [case for case in cases if fnmatch(case.name, given.only)]
+    if any(case.world == "mujoco" for case in wanted) and find_spec("mujoco") is None:
+        parser.error("MuJoCo moves some of the arms: pip install --no-deps -r studies/verdicts/requirements.txt")
+    for case in wanted:
         path = given.folder / f"{case.name}.pkl"
         with taken(path) as ours:
-            if ours and path.match(f"{given.only}.pkl"):
-                drawn = draw_set(case, dataset, settings.diagnosis, base, effects)
-                write_set(drawn, path)
+            if ours:
+                write_set(draw_set(case, dataset, settings.diagnosis, base, effects), path)
     for path in sorted(given.folder.glob(f"{given.only}.pkl")):
         answer = path.with_suffix(f".{given.judge}.json")
         if given.again:

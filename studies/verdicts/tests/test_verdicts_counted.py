@@ -127,6 +127,15 @@ def test_each_set_is_drawn_and_judged_once_and_counted_by_judge(model, effects, 
     assert "| all |  | 1 | 1 | 0 | 0 | 0 | 0 |" in capsys.readouterr().out
 
 
+def test_without_mujoco_a_draw_says_how_to_install_it(monkeypatch, tmp_path, capsys):
+    monkeypatch.setattr(__main__, "find_spec", lambda name: None)
+    monkeypatch.setattr(sys, "argv", ["verdicts", str(tmp_path), "--draw", "1", "--only", "*-mujoco-000"])
+    with pytest.raises(SystemExit):
+        __main__.main()
+    assert "pip install --no-deps -r studies/verdicts/requirements.txt" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
 def test_a_new_page_keeps_what_earlier_draws_said_and_what_is_written_by_hand(monkeypatch, tmp_path):
     docs, sets = tmp_path / "docs", tmp_path / "sets"
     for folder in (docs, sets):
