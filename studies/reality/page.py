@@ -25,9 +25,9 @@ Others recorded the machines and the person; OpenSim moves Arm26. What was withh
   of them once counted as "nothing", where its page says that it is not sure;
 - tendons with a toe, and lags that change with the activation, as OpenSim has them: the first row of Arm26 had been
   wrong; that unusual constants are told beside named effects, and graded: the second had been;
-- dry friction that is largest near rest, how it is sought, and how fast friction grows from rest, which arms that
-  MuJoCo moves had asked for: the servo that is off had been wrong, and then left open; stops of a joint, which had
-  ended half a radian past its range;
+- dry friction that is largest near rest, and how it is sought: the servo that is off had been wrong; and how fast
+  friction grows from rest, for which arms that MuJoCo moves had asked: it had been left open;
+- how far past its range a joint's stops grow: in the driven servo they had stood for a constant torque;
 - how steeply the passive force rises, how large the force of a lengthening muscle can be, and that the search leads on
   from an exchange of effects: three rows of Arm26 had been answered in part;
 - what the catalogue has is no part of what it lacks, and how strong effects may be: the pendulum in bearings had been

@@ -52,6 +52,11 @@ class Case:
     attempt: int = 0  # others are drawn where no EMG keeps the arm in range
 
     @property
+    def values(self) -> dict[str, float]:
+        """Of the parameters of the hidden effects, by full name."""
+        return {f"{effect}.{p}": value for effect, values in self.hidden.items() for p, value in values.items()}
+
+    @property
     def label(self) -> str:
         return "+".join(self.hidden) or "none"
 
@@ -124,8 +129,7 @@ def _exact_trials(
 ) -> Trials | None:
     """What the arm does, before it is recorded."""
     if case.world in SIMULATORS:
-        arm = SIMULATORS[case.world].Arm.draw(case.random)
-        return simulator.make_trials(arm, case.hidden, case.seed, dataset)
+        return simulator.make_trials(SIMULATORS[case.world].Arm.draw(case.random), case.values, case.seed, dataset)
     settings = dataset.model_copy(
         update={
             "hidden_effect": case.hidden,
@@ -148,7 +152,7 @@ def _with_sample_and_hold(
 ) -> np.ndarray[Any, np.dtype[np.float64]]:
     """The angle of the same EMG that keeps its value between samples, (T, N)."""
     model = world.model.with_effects(catalogue[name] for name in case.hidden)
-    values = {f"{effect}.{p}": v for effect, ps in case.hidden.items() for p, v in ps.items()} | dict(world.constants)
+    values = case.values | dict(world.constants)
     emg = sample_and_hold(channels_of(model, trials.channels, torch.from_numpy(trials.emg)))
     motion = simulate(Simulation(model, values, emg, trials.dt / FINER), settings.start_rad)
     return motion.angle.numpy()[..., ::FINER]

@@ -93,7 +93,7 @@ def _held(drawn: Drawn, judged: Judged) -> list[bool]:
     # The constants of another simulator are its own.
     if case.taken_out or case.world in SIMULATORS or set(judged.effects) != set(case.hidden):
         return []
-    truth = {**drawn.constants, **{f"{e}.{p}": v for e, ps in case.hidden.items() for p, v in ps.items()}}
+    truth = {**drawn.constants, **case.values}
     curved = case.world in ("other_curves", "all_at_once")
     return [
         bool(low <= truth[name] <= high)

@@ -14,6 +14,7 @@ import numpy as np
 
 from myowave.data.trials import Array
 from studies.verdicts.simulator import GRAVITY, REST
+from studies.verdicts.simulator import Arm as Paper
 
 EFFECTS = (
     *("joint_damping", "coulomb_friction", "joint_stiffness", "gravity_tilt", "forearm_inertia", "constant_torque"),
@@ -22,7 +23,7 @@ EFFECTS = (
 STEP_S = 0.0005
 AT_ONCE_S = 0.001  # time constant of an activation that does not lag in the other direction
 IN_REACH = (-1.0, 3.5)  # rad
-FORCE, FIBRE, TENDON, RANGE = 300.0, (0.6, 0.4), (0.55, 0.33), (0.75, 1.05)
+RANGE = (0.75, 1.05)  # of the lengths of a muscle that MuJoCo is told, in units of its fibre
 ARM = """
 <mujoco>
   <compiler angle="radian"/>
@@ -75,10 +76,9 @@ class Arm:
             curves=tuple(random.uniform(*each) for each in bounds),
         )
 
-    def moved(self, effects: Mapping[str, Mapping[str, float]], emg: Array, dt: float, start_rad: float) -> Array:
+    def moved(self, value: Mapping[str, float], emg: Array, dt: float, start_rad: float) -> Array:
         """See `simulator.Arm.moved`."""
         mujoco: Any = import_module("mujoco")
-        value = {f"{name}.{p}": v for name, values in effects.items() for p, v in values.items()}
         model = mujoco.MjModel.from_xml_string(self._written(value))
         samples = np.arange(emg.shape[1]) * dt
         time = np.arange(0.0, samples[-1] + STEP_S / 2, STEP_S)
@@ -113,12 +113,12 @@ class Arm:
         muscles = [
             MUSCLE.format(
                 place=place,
-                curves=" ".join(map(str, (*RANGE, FORCE, 1.0, *self.curves))),
+                curves=" ".join(map(str, (*RANGE, force, 1.0, *self.curves))),
                 shortest=tendon + RANGE[0] * fibre,
                 longest=tendon + RANGE[1] * fibre,
                 activation=LAGS.format(rise=rise, decay=decay) if any(times) else "",
             )
-            for place, (fibre, tendon) in enumerate(zip(FIBRE, TENDON, strict=True))
+            for place, (force, fibre, tendon) in enumerate(zip(Paper.FORCE, Paper.FIBRE, Paper.TENDON, strict=True))
         ]
         lean = value.get("gravity_tilt.phi", 0.0)
         return ARM.format(

@@ -23,7 +23,7 @@ CHANNELS = ("emg_biceps", "emg_triceps")
 class Moves(Protocol):
     """An arm of any simulator."""
 
-    def moved(self, effects: Mapping[str, Mapping[str, float]], emg: Array, dt: float, start_rad: float) -> Array:
+    def moved(self, value: Mapping[str, float], emg: Array, dt: float, start_rad: float) -> Array:
         """See `Arm.moved`."""
 
 
@@ -91,14 +91,13 @@ class Arm:
         activation = (1 + self.shape) * drive / (1 + self.shape * drive)
         return np.asarray((self.FORCE * arm * (activation * active * force + passive)).sum(-1))
 
-    def moved(self, effects: Mapping[str, Mapping[str, float]], emg: Array, dt: float, start_rad: float) -> Array:
+    def moved(self, value: Mapping[str, float], emg: Array, dt: float, start_rad: float) -> Array:
         """The angle that an observer sees [rad], (T, N), from the muscles' own EMG (T, N, 2), straight between samples.
 
         Args:
-            effects: some of `EFFECTS`, with their parameters by short name.
+            value: of the parameters of some of `EFFECTS`, by full name.
         """
         trials, samples = emg.shape[:2]
-        value = {f"{name}.{p}": v for name, values in effects.items() for p, v in values.items()}
         time = np.arange(samples) * dt
 
         def drive(at: float) -> Array:
@@ -123,13 +122,12 @@ class Arm:
         return np.asarray(solved.y[2 * trials :]) if solved.success else np.full((trials, samples), np.nan)
 
 
-def make_trials(
-    arm: Moves, effects: Mapping[str, Mapping[str, float]], seed: int, like: SimulatedDataset
-) -> Trials | None:
+def make_trials(arm: Moves, value: Mapping[str, float], seed: int, like: SimulatedDataset) -> Trials | None:
     """Trials with noise of the EMG that drives the arm; None where no draw keeps it in range. Where there is crosstalk,
     each electrode reports a share of the other muscle too, in units of its own maximum.
 
     Args:
+        value: see `Arm.moved`.
         like: says how many trials and how long they are.
     """
     shape = (like.trials, like.samples)
@@ -139,13 +137,13 @@ def make_trials(
         if not len(out):
             names = tuple(str(i + 1) for i in range(like.trials))
             lengths = (like.samples,) * like.trials
-            share = effects.get("emg_crosstalk", {}).get("x", 0.0)
+            share = value.get("emg_crosstalk.x", 0.0)
             heard = (emg + share * emg[..., ::-1]) / (1 + share)
             return Trials(f"arm{seed}", like.dt_s, names, CHANNELS, heard, angle, lengths, like.test)
         drawn = synthetic_emg(seed, trials=like.trials, samples=like.samples, dt=like.dt_s, draw=draw)
         drawn += like.emg_noise * np.random.default_rng([seed, draw]).standard_normal(drawn.shape)
         emg[out] = drawn.clip(0.0, 1.0)[out]
-        angle[out] = arm.moved(effects, emg[out], like.dt_s, like.start_rad)
+        angle[out] = arm.moved(value, emg[out], like.dt_s, like.start_rad)
     return None
 
 

@@ -24,7 +24,7 @@ from myowave.physics.curves import Curve, Curves
 from myowave.physics.model import Model
 from myowave.settings import Scatter
 
-# As the model assumes, other in one way, in all of these at once, and arms of another simulator.
+# As the model assumes, other in one way, in all of these at once, and arms of other simulators.
 WORLDS = {
     "as_assumed": "as the model assumes",
     "other_curves": "other muscle curves",

@@ -230,8 +230,8 @@ def test_another_simulator_agrees_with_this_one_about_the_paper_s_arm(model, dat
     arm = of.Arm.draw(middle)
     seen = arm.moved({}, ours.emg, ours.dt, short.start_rad)
     assert 0.01 < np.degrees(np.abs(seen - ours.angle).mean()) < 8.0
-    damped = arm.moved({"joint_damping": {"c": 1.0}}, ours.emg, ours.dt, short.start_rad)
-    lag = arm.moved({"observation_lag": {"tau": 0.1}}, ours.emg, ours.dt, short.start_rad)
+    damped = arm.moved({"joint_damping.c": 1.0}, ours.emg, ours.dt, short.start_rad)
+    lag = arm.moved({"observation_lag.tau": 0.1}, ours.emg, ours.dt, short.start_rad)
     assert np.abs(damped - seen).max() > 0.01
     np.testing.assert_allclose(lag[:, :-1] + 0.1 * np.gradient(lag, ours.dt, axis=1)[:, :-1], seen[:, :-1], atol=0.02)
 
@@ -242,17 +242,17 @@ def test_mujoco_hides_what_the_effects_say():
     arm, start, step = mujoco_arm.Arm.draw(np.random.default_rng(0)), 0.8, 1e-3
     weight = simulator.GRAVITY * arm.mass
 
-    def accelerates(**effects):
-        angle = arm.moved(effects, np.zeros((1, 4, 2)), step, start)[0]
+    def accelerates(name="", value=0.0):
+        angle = arm.moved({name: value}, np.zeros((1, 4, 2)), step, start)[0]
         return (angle[2] - 2 * angle[1] + angle[0]) / step**2
 
     still = -weight * np.sin(start) / arm.mass
     assert accelerates() == pytest.approx(still, rel=0.01)
-    assert accelerates(gravity_tilt={"phi": 0.3}) == pytest.approx(-weight * np.sin(start + 0.3) / arm.mass, rel=0.01)
-    assert accelerates(forearm_inertia={"r": 0.5}) == pytest.approx(still / 1.5, rel=0.01)
-    assert accelerates(joint_stiffness={"k": 3.0}) == pytest.approx(still - 3.0 * (start - 1.0) / arm.mass, rel=0.01)
-    assert accelerates(constant_torque={"tau": 2.0}) == pytest.approx(still + 2.0 / arm.mass, rel=0.01)
-    held = arm.moved({"coulomb_friction": {"tau": 20.0}}, np.zeros((1, 500, 2)), step, start)
+    assert accelerates("gravity_tilt.phi", 0.3) == pytest.approx(-weight * np.sin(start + 0.3) / arm.mass, rel=0.01)
+    assert accelerates("forearm_inertia.r", 0.5) == pytest.approx(still / 1.5, rel=0.01)
+    assert accelerates("joint_stiffness.k", 3.0) == pytest.approx(still - 3.0 * (start - 1.0) / arm.mass, rel=0.01)
+    assert accelerates("constant_torque.tau", 2.0) == pytest.approx(still + 2.0 / arm.mass, rel=0.01)
+    held = arm.moved({"coulomb_friction.tau": 20.0}, np.zeros((1, 500, 2)), step, start)
     np.testing.assert_allclose(held, start, atol=np.radians(0.5))
 
 

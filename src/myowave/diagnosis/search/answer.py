@@ -4,7 +4,6 @@ A probability alone is no licence to name: among thousands of samples a wrong mo
 ones. So what the best model leaves has to be noise too, divided by its covariance; else something else is missing.
 """
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -115,7 +114,7 @@ def answer_of(posterior: Posterior) -> Answer:
     rest = [(p, some - set(sure)) for p, some in rows]
     something = sum(p for p, some in rest if some)
     if something >= NAMED:
-        classes.append(_holding(rest, NAMED))
+        classes.append(_holding(rest))
     best = posterior.best
     white, usual = p_of_noise(best), p_of_constants(best)
     # What follows short pieces alone lacks more than it has; what leaves more than noise names nothing, nor what takes
@@ -136,17 +135,14 @@ def answer_of(posterior: Posterior) -> Answer:
     return Answer(_kind(named, something, usual, beyond=beyond), named, probabilities, best, white, usual)
 
 
-def _holding(rows: Sequence[tuple[float, frozenset[str]]], share: float) -> tuple[str, ...]:
-    """Few names, the likeliest first, one of which at least is in models that hold this share of the probability: each
-    is the one that most of the models without those before it have."""
+def _holding(rows: Sequence[tuple[float, frozenset[str]]]) -> tuple[str, ...]:
+    """Few names, the likeliest first, one of which at least is in models that hold `NAMED` of the probability: each is
+    the one that most of the models without those before it have. All models that have a name must hold as much."""
     members: list[str] = []
-    left = list(rows)
-    while sum(p for p, _ in left) > 1 - share:
-        weight: Counter[str] = Counter()
-        for p, some in left:
-            weight.update(dict.fromkeys(some, p))
-        members.append(max(sorted(weight), key=lambda name: weight[name]))
-        left = [(p, some) for p, some in left if members[-1] not in some]
+    while sum(p for p, some in rows if not some.isdisjoint(members)) < NAMED:
+        left = [(p, some) for p, some in rows if some.isdisjoint(members)]
+        names = sorted(frozenset().union(*(some for _, some in left)))
+        members.append(max(names, key=lambda name: sum(p for p, some in left if name in some)))
     return tuple(members)
 
 

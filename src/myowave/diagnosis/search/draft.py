@@ -21,6 +21,7 @@ from myowave.diagnosis.search.score import score_effects
 from myowave.identification.output_error import Fit, polish
 from myowave.identification.stages import attempt_fit
 from myowave.physics.effect import Effect, Parameter
+from myowave.physics.effects.coulomb_friction import STICTION
 
 MOST_TERMS = 3
 LARGEST = 50.0  # coefficient
@@ -67,7 +68,7 @@ LIBRARY = (
     Term("cosine", "torch.cos(q)", "cos(q)", lambda q, v, a: torch.cos(q)),
     Term("velocity", "qdot", "qdot", OF_MOTION["qdot"], "N m s/rad"),
     Term("drag", "qdot * qdot.abs()", "qdot |qdot|", OF_MOTION["qdot |qdot|"], "N m s^2/rad^2"),
-    Term("friction", "torch.tanh(qdot / 0.03)", "tanh(qdot/0.03)", OF_MOTION["the sign of qdot"]),
+    Term("friction", f"torch.tanh(qdot / {STICTION})", f"tanh(qdot/{STICTION})", OF_MOTION["the sign of qdot"]),
     Term("angle_velocity", "q * qdot", "q qdot", OF_MOTION["q qdot"], "N m s/rad^2"),
     Term("activation", "a", "a", OF_ACTIVATION[""]),
     Term("activation_angle", "a * q", "a q", OF_ACTIVATION[" q"], "N m/rad"),
