@@ -53,7 +53,6 @@ def collect(results: Path) -> dict[str, Any]:
     verdicts = {path.parent.name: read_json(path) for path in results.glob("diagnosis/*/verdict.json")}
     torque = pd.read_csv(results / f"diagnosis/{PERSON}/torque.csv").query("held_out")
     ahead = pd.read_csv(results / f"diagnosis/{PERSON}/horizons.csv").query("held_out and horizon_s == 0.5")
-    jobs = [pd.read_csv(path, sep="\t") for path in results.glob("benchmarks/*/**/*.tsv")]
     return {
         "verdicts": {
             name: {
@@ -75,7 +74,6 @@ def collect(results: Path) -> dict[str, Any]:
             *(pd.read_csv(ROOT / f"docs/study_{name}.csv", keep_default_na=False) for name in ("cases", "before"))
         ),
         "reality": _reality(pd.read_csv(ROOT / "docs/reality.csv")),
-        "minutes": sum(job["cpu_time"].sum() for job in jobs) / 60,
     }
 
 
@@ -171,9 +169,6 @@ def blocks(numbers: dict[str, Any]) -> dict[str, str]:
         "compare": f"""
             **Compare.** The published muscle model, fitted to four trials with every constant free that nobody
             measured, misses the fifth by {_small(before, "deg")}.""",
-        "time": f"""
-            Networks and diagnoses took {numbers["minutes"]:.0f} processor minutes, half of that on two idle cores.
-            Later runs redo only what a change affects.""",
         "trust": f"""
             Of {study["arms"]} simulated arms {study["wrong"]} were judged wrong
             ({_percent(study["wrong"] / study["arms"])}; {study["last"][0] or "none"} of the last {study["last"][1]}),
