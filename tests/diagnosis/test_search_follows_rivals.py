@@ -12,7 +12,7 @@ from myowave.diagnosis.search import weigh
 from myowave.diagnosis.search.weigh import Posterior, _rivals
 
 
-def model(total, *effects, on=frozenset({"shapes"}), expected_emg=False):
+def model(total, *effects, on=frozenset({"curves"}), expected_emg=False):
     fit = SimpleNamespace(model=SimpleNamespace(name="+".join(("base", *effects))))
     weighed = {"fit": fit, "residual": None, "states": {}}
     return SimpleNamespace(total=total, effects=effects, on=on, expected_emg=expected_emg, **weighed)
@@ -83,32 +83,15 @@ def test_what_is_best_alone_gives_its_place_to_two_that_are_better_together(monk
 
     monkeypatch.setattr(weigh, "screen", lambda top, catalogue: "screened")
     monkeypatch.setattr(weigh, "_fit_singles", fit_singles)
-    monkeypatch.setattr(weigh, "_fit_exchanges", lambda top, screened, found: [])
     monkeypatch.setattr(weigh, "_with_one_less", lambda top: [])
-    assert weigh._exchange(posterior, {}) is bool(on)
+    assert weigh._lead_on_from_fewer(posterior, {}) is bool(on)
     assert set(posterior.best.effects) == set(likeliest) and asked == [("drag", "lag"), ("lag",)] * bool(on)
-
-
-def test_an_effect_gives_its_place_to_those_that_promise_more_there(found, monkeypatch):
-    """Each once, the most promising first; not what is behind, nor what was weighed already."""
-    monkeypatch.setattr(weigh, "without_effect", lambda fit, name: (fit, name))
-    monkeypatch.setattr(weigh, "attempt_fit", lambda fit: fit())
-    monkeypatch.setattr(weigh, "_fitted", lambda top, begin, effects, prior, leader: (begin, effects, prior))
-    top = SimpleNamespace(**vars(model(95.0, "drag", "tilt")), prior=-6.0)
-    promised = {("tilt", "lag"): 99.5, ("drag", "lag"): 101.0, ("tilt", "gain"): 90.0, ("tilt", "offset"): 100.0}
-    found.add(model(94.0, "drag", "offset"))
-    scores = {name: SimpleNamespace(start=f"with {name}") for name in ("lag", "gain", "offset")}
-    monkeypatch.setattr(weigh, "exchanges", lambda model, given: promised if given is scores else {})
-    assert weigh._fit_exchanges(top, SimpleNamespace(scores=scores), found) == [
-        (("with lag", "drag"), ("tilt", "lag"), -6.0),
-        (("with lag", "tilt"), ("drag", "lag"), -6.0),
-    ]
 
 
 @pytest.mark.parametrize(
     "ends, visited", [((), ["drag", "lag", "lag", "tilt", "tilt"]), (("damping", "lag"), ["drag", "lag", "lag"])]
 )
-def test_the_search_goes_on_from_what_an_exchange_has_found(monkeypatch, ends, visited):
+def test_the_search_goes_on_from_what_models_with_fewer_effects_have_led_to(monkeypatch, ends, visited):
     """Two that are better together than the best alone, and a third that shows beside these two only; it ends with a
     model that asks for no filter any more, as all is to be seen anew then."""
     leads = {
@@ -123,7 +106,7 @@ def test_the_search_goes_on_from_what_an_exchange_has_found(monkeypatch, ends, v
         found.add(*leads.get(top.effects, []))
 
     monkeypatch.setattr(weigh, "_lead_on", lead_on)
-    for name in ("_fit_pairs", "_fit_exchanges", "_with_one_less", "_rivals", "_by_recorded_emg"):
+    for name in ("_fit_pairs", "_with_one_less", "_rivals", "_by_recorded_emg"):
         monkeypatch.setattr(weigh, name, lambda *given: [])
     for name in ("settle", "replace", "with_likely_memory", "_of_called_for_emg"):
         monkeypatch.setattr(weigh, name, lambda model, *given, **changes: model)

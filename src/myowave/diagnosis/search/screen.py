@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from myowave.data.trials import Array
-from myowave.diagnosis.likelihood.algebra import Component, Covariance, Residual, Weighed, log_share_within, most_likely
+from myowave.diagnosis.likelihood.algebra import Covariance, Weighed, log_share_within, most_likely
 from myowave.diagnosis.likelihood.components import residual_above, usual_strength
 from myowave.diagnosis.likelihood.hypothesis import Hypothesis
 from myowave.diagnosis.search.score import ScoreTest, score_effects
@@ -47,35 +47,9 @@ def screen(model: Hypothesis, catalogue: Mapping[str, Effect]) -> Screened:
         singles = {name: without + gain(name) for name in more.place}
         return singles, {pair: without + gain(*pair) for pair in combinations(seen, 2)}
 
-    alone = beside(noise_alone(model))
-    singles, pairs = zip(*map(beside, _likeliest(model)), alone, strict=True)
+    alone, likeliest = beside(noise_alone(model)), sorted(model.counted.values(), key=lambda s: -s.value)[:2]
+    singles, pairs = zip(*(beside(s) for s in likeliest if s.value > -np.inf), alone, strict=True)
     return Screened(scores, _highest(singles), alone[0], _highest(pairs))
-
-
-def exchanges(model: Hypothesis, scores: Mapping[str, ScoreTest]) -> dict[tuple[str, str], float]:
-    """Log posteriors of a model, to first order, without one of its effects and with another one, by the names of both;
-    these are seen better where it stands than from the model without the first."""
-    more, found = _More.of(model, scores), dict[tuple[str, str], float]()
-    for state in _likeliest(model):
-        there = Covariance(model.residual, state.sizes).evidence
-        for gone in model.effects:
-            covariance = Covariance(_without(model, gone), state.sizes)
-            without, (gain, _) = state.value + model.offset + covariance.evidence - there, more.beside(covariance)
-            for come in more.place:
-                found[gone, come] = max(without + gain(come), found.get((gone, come), -np.inf))
-    return found
-
-
-def _likeliest(model: Hypothesis) -> list[Weighed]:
-    """The states of a model that effects are screened beside."""
-    return [s for s in sorted(model.counted.values(), key=lambda s: -s.value)[:2] if s.value > -np.inf]
-
-
-def _without(model: Hypothesis, effect: str) -> Residual:
-    """What a model would leave without one of its effects, to first order."""
-    kept = [i for i, p in enumerate(model.fit.free) if p.name.partition(".")[0] != effect]
-    columns = model.residual.columns("constants")[..., kept]
-    return model.residual.with_components([Component("constants", columns=columns)])
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from myowave.diagnosis.likelihood.hypothesis import BEHIND, Hypothesis, settle, 
 from myowave.diagnosis.likelihood.sensor import Sensor
 from myowave.diagnosis.likelihood.waves import View
 from myowave.diagnosis.search.score import ScoreTest, score_effects
-from myowave.diagnosis.search.screen import Screened, exchanges, screen
+from myowave.diagnosis.search.screen import Screened, screen
 from myowave.identification.expected_emg import behind_noise
 from myowave.identification.output_error import Fit, begin_from, polish, refit
 from myowave.identification.stages import FAILURES, attempt_fit
@@ -130,7 +130,7 @@ def _search(
         if not top.effects:
             found.add(*_fit_pairs(top, found.screened[frozenset()], catalogue, found.prior))
         report(f"weigh: the likeliest of {len(found.models)} models so far is {found.best.fit.model.name}")
-        if len(found.best.effects) <= len(top.effects) and not (whole and _exchange(found, catalogue)):
+        if len(found.best.effects) <= len(top.effects) and not (whole and _lead_on_from_fewer(found, catalogue)):
             break
         best = settle(found.best, steps=12)
         afresh = weigh_components(best.residual)  # from no causes of a model before
@@ -161,35 +161,19 @@ def _rivals(found: Posterior, top: Hypothesis) -> list[Hypothesis]:
     return alike if top.on else []
 
 
-def _exchange(found: Posterior, catalogue: Mapping[str, Effect]) -> bool:
-    """Where more than noise is left, lead on from the most likely model, and from it without each of its effects: the
-    first is the best alone, and may hold the place of another, or of two that are better together. Whether a likelier
-    one is found."""
+def _lead_on_from_fewer(found: Posterior, catalogue: Mapping[str, Effect]) -> bool:
+    """Where more than noise is left, lead on from the most likely model, and from the likeliest with one effect less,
+    as many as it has: what is best alone may hold the place of another, or of two that are better together. Whether a
+    likelier one is found."""
     top, models = found.best, found.by_effects()
-    names = frozenset(top.effects)
     if not top.on & MISSING:
         return False
-    for begun in (names, *(names - {name} for name in top.effects)):
-        if begun in models and begun not in found.screened:
+    fewer = (names for names in models if len(names) == len(top.effects) - 1)
+    likeliest = sorted(fewer, key=lambda names: -models[names].total)[: len(top.effects)]
+    for begun in (frozenset(top.effects), *likeliest):
+        if begun not in found.screened:
             _lead_on(found, models[begun], catalogue)
-    if names in found.screened:
-        found.add(*_fit_exchanges(top, found.screened[names], found))
     return found.best is not top
-
-
-def _fit_exchanges(top: Hypothesis, screened: Screened, found: Posterior) -> list[Hypothesis]:
-    """The models with another effect in the place of one that promise most, fitted."""
-    promised, known, fitted = exchanges(top, screened.scores), found.by_effects(), []
-
-    def after(gone: str, come: str) -> tuple[str, ...]:
-        return (*(name for name in top.effects if name != gone), come)
-
-    hopeful = [p for p in promised if promised[p] > top.total - HOPELESS and frozenset(after(*p)) not in known]
-    for gone, come in sorted(hopeful, key=lambda p: -promised[p])[:REFITS]:
-        begin = attempt_fit(partial(without_effect, screened.scores[come].start, gone))
-        if begin is not None:
-            fitted.append(_fitted(top, begin, after(gone, come), top.prior, found.best.total))
-    return [model for model in fitted if model is not None]
 
 
 def _by_recorded_emg(found: Posterior, recorded: Fit) -> list[Hypothesis]:
