@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 
 from myowave.diagnosis.causes import EMG_NOISE, OUTSIDE, OWN_SHAPES
-from myowave.diagnosis.likelihood.components import EMG, REPEATS, SHAPES
+from myowave.diagnosis.likelihood.components import CURVES, EMG, PATHS, REPEATS
 from myowave.diagnosis.search import answer
 from myowave.diagnosis.search.answer import answer_of
 
@@ -44,11 +44,16 @@ def test_an_effect_with_a_likelier_cause_beside_it_belongs_to_the_class(said):
     assert said((0.35, "drag", ""), (0.3, "damping", EMG), (0.35, "drag", EMG)) == ("class", (("drag", "damping"),))
 
 
-def test_a_name_is_not_all_where_other_shapes_are_likelier_than_not_beside_it(said):
-    assert said((0.8, "drag", SHAPES), (0.2, "drag", "")) == ("partial", (("drag",),))
-    assert said((0.4, "drag", SHAPES), (0.6, "drag", "")) == ("effect", (("drag",),))
-    assert said((0.4, "drag", SHAPES), (0.3, "drag", REPEATS), (0.3, "drag", "")) == ("partial", (("drag",),))
-    assert said((0.6, "", SHAPES), (0.4, "drag", "")) == ("class", ((OWN_SHAPES, "drag"),)), "it is named already"
+@pytest.mark.parametrize("other", [CURVES, PATHS, f"{CURVES} {PATHS}"])
+def test_a_name_is_not_all_where_other_shapes_are_likelier_than_not_beside_it(said, other):
+    assert said((0.8, "drag", other), (0.2, "drag", "")) == ("partial", (("drag",),))
+    assert said((0.4, "drag", other), (0.6, "drag", "")) == ("effect", (("drag",),))
+    assert said((0.4, "drag", other), (0.3, "drag", REPEATS), (0.3, "drag", "")) == ("partial", (("drag",),))
+    assert said((0.6, "", other), (0.4, "drag", "")) == ("class", ((OWN_SHAPES, "drag"),)), "it is named already"
+
+
+def test_curves_and_paths_of_another_shape_have_one_name(said):
+    assert said((0.5, "", CURVES), (0.4, "", PATHS), (0.1, "", f"{CURVES} {PATHS}")) == ("effect", ((OWN_SHAPES,),))
 
 
 def test_where_only_pieces_are_followed_no_probability_names_anything(said):

@@ -7,7 +7,7 @@ import pytest
 
 from myowave.diagnosis.causes import CLOCK_DRIFT, EMG_NOISE, OUTSIDE, OWN_SHAPES, SURE
 from myowave.diagnosis.likelihood.algebra import Weighed
-from myowave.diagnosis.likelihood.components import EMG, NOISE, REPEATS, SHAPES
+from myowave.diagnosis.likelihood.components import CURVES, EMG, NOISE, REPEATS
 from myowave.diagnosis.search.answer import ANYTHING, Answer, answer_of
 from myowave.diagnosis.search.diagnose import _proposals, make_rung
 from myowave.diagnosis.search.ladder import Ladder, ladder_of, shown_fit
@@ -91,8 +91,8 @@ def test_trials_kept_for_testing_are_driven_by_emg_of_the_kind_that_the_fit_is(w
 
 def test_parameters_are_told_over_all_likely_causes(weighed):
     best = weighed[0].best
-    likely, unlikely = Weighed(best.best.sizes, 0.0), Weighed({**best.best.sizes, SHAPES: 3.0}, -40.0)
-    plain, curved = frozenset[str](), frozenset({SHAPES})
+    likely, unlikely = Weighed(best.best.sizes, 0.0), Weighed({**best.best.sizes, CURVES: 3.0}, -40.0)
+    plain, curved = frozenset[str](), frozenset({CURVES})
     alone, other = (replace(best, states={on: state}).averaged for on, state in ((plain, likely), (curved, unlikely)))
     assert replace(best, states={plain: likely, curved: unlikely}).averaged == alone
     both = replace(best, states={plain: likely, curved: replace(unlikely, value=0.0)}).averaged

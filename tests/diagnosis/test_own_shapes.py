@@ -8,6 +8,7 @@ import torch
 
 from myowave.data.simulate import simulate_trials
 from myowave.diagnosis.causes import OWN_SHAPES
+from myowave.diagnosis.likelihood.components import PATHS
 from myowave.diagnosis.likelihood.forcing import moved_by
 from myowave.diagnosis.likelihood.shapes import (
     ACTIVE,
@@ -128,7 +129,8 @@ def test_what_curves_of_another_shape_leave_is_named_so_and_so_is_damping_beside
 def test_what_a_path_of_another_shape_leaves_is_named_so_and_not_as_an_offset(make_strange, effects):
     few = [effects[name] for name in ("moment_arm_offset", "pennation", "brachialis", "gravity_tilt")]
     fit = make_strange(bent={"w": 0.03})
-    assert weigh(fit, fit.record, fit.free, few).answer.named == ((OWN_SHAPES,),)
+    answer = weigh(fit, fit.record, fit.free, few).answer
+    assert answer.named == ((OWN_SHAPES,),) and answer.best.on == {PATHS}, "curves have no part in it"
 
 
 def test_the_length_of_a_path_goes_with_its_moment_arm_as_virtual_work_asks():

@@ -37,17 +37,19 @@ MOST_MOTION = 1.0  # rad, by an effect
 MEMORY_S = 0.3  # ASSUME: a torque that nobody recorded stays alike for so long
 STARTS = np.radians([5.0, 50.0])  # how far the fitted start of a trial may be off [rad, rad/s]
 
-NOISE, EMG, SHAPES, REPEATS, SLOW = "noise", "emg", "shapes", "repeats", "slow"
+NOISE, EMG, CURVES, PATHS, REPEATS, SLOW = "noise", "emg", "curves", "paths", "repeats", "slow"
 COLOURED, DRIFT, GAINS, TISSUE = "coloured", "drift", "gains", "tissue"
-MISSING = frozenset({SHAPES, REPEATS, SLOW, TISSUE})  # what stands for something that the model lacks, and is no noise
-# Bounds of sizes and where their search starts: rad; of the EMG; standard bumps; rad of each part; rad; rad; s/s; a
-# share; rad.
+# What stands for something that the model lacks, and is no noise.
+MISSING = frozenset({CURVES, PATHS, REPEATS, SLOW, TISSUE})
+# Bounds of sizes and where their search starts: rad; of the EMG; standard bumps, twice; rad of each part; rad; rad;
+# s/s; a share; rad.
 SIZES = {
     NOISE: (1e-5, 1e-2, 0.3),
     # ASSUME: the amplitude of EMG is at most 35 times its noise, with eight electrodes on one muscle at a tenth of its
     # maximum (Clancy & Hogan 1995, IEEE Trans. Biomed. Eng. 42, 203). What would be less has another cause.
     EMG: (3e-3, 0.03, 0.6),
-    SHAPES: (0.03, 0.3, 6.0),
+    CURVES: (0.03, 0.3, 6.0),
+    PATHS: (0.03, 0.3, 6.0),
     REPEATS: (1e-5, 0.02, 1.0),
     SLOW: (1e-5, 0.02, 1.0),
     COLOURED: (1e-4, 1e-2, 0.3),
@@ -74,7 +76,8 @@ def residual_of(fit: Fit, view: View, catalogue: Collection[str] = ()) -> Residu
         _forced(EMG, by_samples(fit, by_excitation), view),
         _slow(by_torque, view, fit.record.samples),
         _sized(REPEATS, columns=_repeating(fit, view, look(pushes.repeating))),
-        _sized(SHAPES, columns=look(pushes.shapes)),
+        _sized(CURVES, columns=look(pushes.curves)),
+        _sized(PATHS, columns=look(pushes.paths)),
     ]
     if fit.record.pieces is None:
         activation, velocity = along_steps(fit)[2], fit.sensitive.motion.state[..., 1].numpy()

@@ -26,17 +26,19 @@ class Pushes:
     # 1, K, M) and (T, N - 1, K, 1)
     excitation: Array
     torque: Array
-    # how each part of the general correction moves the angle, and `shapes`, each bump, (T, N, C) [rad]
+    # how each part of the general correction moves the angle, and each bump of `curves` and of `paths`, (T, N, C) [rad]
     repeating: Array
-    shapes: Array
+    curves: Array
+    paths: Array
 
     @classmethod
     def of(cls, fit: Fit, catalogue: Collection[str] = ()) -> "Pushes":
         """Of a fit; `catalogue` has the names of effects that a model may have, which the general correction lacks."""
         excitation, torque = excitation_forcing(fit), forcing_by(fit, CONSTANT_TORQUE)
         repeating = np.stack([*_by_torque(fit, torque, catalogue), *_by_excitation(fit, excitation)], -1)
-        both = moved_by(fit, np.concatenate([repeating, pushes_of_curves(fit), pushes_of_paths(fit)], -1))
-        return cls(excitation, torque, *np.split(both, [repeating.shape[-1]], -1))
+        parts = [repeating, pushes_of_curves(fit), pushes_of_paths(fit)]
+        moved = moved_by(fit, np.concatenate(parts, -1))
+        return cls(excitation, torque, *np.split(moved, np.cumsum([part.shape[-1] for part in parts[:-1]]), -1))
 
 
 def _by_torque(fit: Fit, forcing: Array, catalogue: Collection[str]) -> Iterator[Array]:

@@ -13,7 +13,7 @@ import torch
 from scipy.stats import chi2
 
 from myowave.diagnosis.causes import CLOCK_DRIFT, EMG_NOISE, GAIN_PER_TRIAL, LIKELY, NAMED, OUTSIDE, OWN_SHAPES
-from myowave.diagnosis.likelihood.components import COLOURED, DRIFT, EMG, GAINS, MISSING, NOISE, SHAPES
+from myowave.diagnosis.likelihood.components import COLOURED, CURVES, DRIFT, EMG, GAINS, MISSING, NOISE, PATHS
 from myowave.diagnosis.likelihood.hypothesis import Hypothesis
 from myowave.diagnosis.search.weigh import Posterior
 
@@ -24,7 +24,8 @@ KNOWN = 0.1  # share of what was not known of constants that data must have take
 BANDS = 6  # of frequencies, in which what is left is looked at
 ANYTHING = "something that the catalogue lacks"
 NAME_OF = dict.fromkeys(MISSING, OUTSIDE) | {
-    SHAPES: OWN_SHAPES,
+    CURVES: OWN_SHAPES,
+    PATHS: OWN_SHAPES,
     EMG: EMG_NOISE,
     DRIFT: CLOCK_DRIFT,
     GAINS: GAIN_PER_TRIAL,
