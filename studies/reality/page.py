@@ -28,8 +28,9 @@ Others recorded the machines and the person; OpenSim moves Arm26. What was withh
 - dry friction that is largest near rest, and how it is sought: the servo that is off had been wrong; and how fast
   friction grows from rest, for which arms that MuJoCo moves had asked: it had been left open;
 - how far past its range a joint's stops grow: in the driven servo they had stood for a constant torque;
-- how steeply the passive force rises, how large the force of a lengthening muscle can be, and that the search leads on
-  from an exchange of effects: three rows of Arm26 had been answered in part;
+- how steeply the passive force rises, how large the force of a lengthening muscle can be, and from which models the
+  search leads on: three rows of Arm26 had been answered in part, and the driven servo had been left open, as one effect
+  had hidden two; that its gears have dry friction, as when it is off, counts as true since it was named;
 - what the catalogue has is no part of what it lacks, and how strong effects may be: the pendulum in bearings had been
   wrong.
 
@@ -58,9 +59,7 @@ TAIL = """
   (`studies/reality/requirements.txt`) and the arm has no muscles. [Names of all effects](reality.csv).
 - **servo and weight**: [data/servo_pendulum](https://github.com/Rhoban/bam). Its authors find friction in proportion to
   the load on the gears; damping and dry friction are the usual, wrong answer. Its size, 0.4, is of a quick fit to the
-  free-running logs. Of the driven servo the search misses the likeliest model: where the catalogue has nothing but
-  friction, that of the load (0.13 +- 0.02) with dry friction is found, some 7 nats better than what is nearest here,
-  and leaves only noise (p 0.08). One of three gains is kept for testing.
+  free-running logs with no other friction. One of three gains is kept for testing.
   With the motor off its drops cannot tell what is beside dry friction: drag and damping are as likely, to within a
   nat. Its authors have damping, and a friction that is largest near rest.
 - **pendulum in bearings**: [data/free_pendulum](https://github.com/dynamicslab/MultiArm-Pendulum). The second half of

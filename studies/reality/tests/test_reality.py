@@ -82,7 +82,8 @@ def test_each_case_has_a_truth_which_the_scorer_alone_reads(effects):
 
 
 def test_the_table_and_the_picture_have_a_row_for_each_case():
-    answers = {name: answer("unknown") for name in CASES} | {"servo_driven": answer("effect", ["load_friction"])}
+    driven = answer("effect", ["load_friction", "coulomb_friction"])
+    answers = {name: answer("unknown") for name in CASES} | {"servo_driven": driven}
     answers["person_heavier"] |= dict.fromkeys(["error_before", "error_after"])
     answers["servo_drops"]["error_before"] = float("inf")
     table = score_cases(CASES, answers, TRUTH)
@@ -93,11 +94,11 @@ def test_the_table_and_the_picture_have_a_row_for_each_case():
     texts = [" ".join(text.get_text().split()) for axes in draw_reality(table).axes for text in axes.texts]
     for case in CASES.values():
         assert any(case["withheld"] in text for text in texts)
-    assert "friction that grows with the load" in texts
+    assert "friction that grows with the load, dry friction of the joint" in texts
     page = write_page(table)
     assert "servo that is off (measured) | friction of the gears | something unknown |  | runs away → 5 |" in page
     assert "half of the trials | something unknown |  |  | left open" in page
-    assert "friction that grows with the load | 0.41, 0.38 to 0.44 (0.4) | 20 → 5 | right | joint damping" in page
+    assert "dry friction of the joint | 0.41, 0.38 to 0.44 (0.4) | 20 → 5 | right | joint damping" in page
     assert f"Of {len(CASES)} answers 1 right, none right in part, " in page
     table.loc[0, "lasso"] = "a, b, c, d"
     assert "| 4 effects |" in write_page(table), "the table has their names"
