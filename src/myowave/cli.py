@@ -105,7 +105,7 @@ def predict(
     known: Annotated[list[str] | None, typer.Option(help="NAME=VALUE that is no column, as load=2.5")] = None,
     raw: Annotated[bool, typer.Option("--raw", help="raw EMG, in uV at its own rate; for phase: causal")] = False,
     output: Annotated[Path | None, typer.Option(dir_okay=False, help="file to write; else the terminal")] = None,
-    picture: Annotated[Path | None, typer.Option(dir_okay=False, help="PNG to draw, beside what was measured")] = None,
+    picture: Annotated[Path | None, typer.Option(dir_okay=False, help="picture to draw (png, pdf, svg)")] = None,
 ) -> None:
     """Predict the angle from EMG, a line for each sample of the network, as soon as it is there."""
     from myowave.learning.checkpoint import Checkpoint
@@ -133,7 +133,7 @@ def predict(
         # Prepared as the other trials, so that the same EMG counts as 1.
         trial = sources.trial_of(Path(emg), dataset, config) or ""
     refuse_to_overwrite(output, r"time_s,angle_\w+(,(spread|low|high)_\w+)*\r?\n", "prediction")
-    refuse_to_overwrite(picture, r"\x89PNG", "picture")
+    refuse_to_overwrite(picture, r"\x89PNG|%PDF|<\?xml", "picture")
     if output and picture and output.resolve() == picture.resolve():
         raise ValueError(f"--output and --picture are both {output}; name two files.")
     if picture:

@@ -104,7 +104,7 @@ def diagnose(
     trials: Trials,
     arm: str | Path | Mapping[str, Any] = "paper",
     *,
-    config: Sequence[str | Path] = ("config.yaml",),
+    config: str | Path | Sequence[str | Path] = "config.yaml",
     say: Callable[[str], None] = lambda line: None,
 ) -> Diagnosed:
     """Find out which physical effects explain what a model of the arm misses; takes one to ten minutes.
@@ -112,13 +112,15 @@ def diagnose(
     Args:
         trials: those kept for testing are predicted, and take no part in the verdict.
         arm: one of `physics.arms` in the settings, a YAML file of one, or a mapping of `muscles`, `joint` and the rest.
-        config: the files of the settings, each laid over those before; those of the diagnosis are taken from them.
+        config: the file of the settings, or several, each laid over those before; those of the diagnosis are taken
+            from them.
         say: is told a line for each step.
 
     Raises:
         ValueError: for an arm that is not there, or settings and trials that do not go together.
     """
-    settings = read_settings([Path(path) for path in config], "config=")
+    files = [config] if isinstance(config, str | Path) else config
+    settings = read_settings([Path(path) for path in files], "config=")
     if isinstance(arm, Mapping):
         physics = _checked(Physics, arm)
     elif str(arm) in settings.physics.arms:

@@ -139,7 +139,7 @@ def _look(folder: Path, block: Dataset, config: Sequence[Path]) -> Seen:
     """The trials all of whose files are in a folder, the oldest first."""
     there = Seen()
     for name, patterns in _patterns(folder, block).items():
-        found = [[Path(path) for path in glob.glob(pattern)] for pattern in patterns]
+        found = [[Path(path) for path in glob.glob(pattern, recursive=True)] for pattern in patterns]
         paths = [path for several in found for path in several]
         if all(found) and all(folder.resolve() in path.resolve().parents for path in paths):
             stats = [(path, path.stat()) for path in (*paths, *config) if path.exists()]
@@ -154,9 +154,10 @@ def _look(folder: Path, block: Dataset, config: Sequence[Path]) -> Seen:
 def _patterns(folder: Path, block: Dataset) -> dict[str, tuple[str, ...]]:
     """Trials of which there is any file, with the patterns of all of theirs."""
     if isinstance(block, MeasuredDataset):
-        tidy = [path for path in folder.glob("[!.]*") if path.suffix in TIDY_ENDINGS]
+        tidy = [path for path in folder.glob("[!.]*") if path.suffix.lower() in TIDY_ENDINGS]
         return {path.stem: (glob.escape(str(path)),) for path in tidy}
-    found = (block.angle.trial_of(Path(path)) for path in glob.glob(block.angle.file.replace(TRIAL, "*")))
+    angles = glob.glob(block.angle.file.replace(TRIAL, "*"), recursive=True)
+    found = (block.angle.trial_of(Path(path)) for path in angles)
     names = {name for name in found if name} - {*block.mvc}
     return {name: block.model_copy(update={"trials": (name,), "mvc": ()}).files for name in names}
 

@@ -68,6 +68,7 @@ VALUES = [
             "learning.sweep.dataset: the arm of human_curls has no",
         ),
     ),
+    ("physics.arms.paper", {"muscles": {}, "joint": BAR}, ("data.datasets.case1.arm: paper has no muscles", "another")),
     ("physics.arms.paper.muscles.Bi.side", "top", ("'top'", "flexor or extensor")),
     ("physics.arms.paper.muscles.Bi.f0_N", 0, ("0", "above 0", "[N]", "isometric")),
     ("physics.arms.paper.joint.mass_kg", True, ("True", "number")),

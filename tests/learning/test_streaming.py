@@ -410,8 +410,8 @@ def test_only_what_is_a_prediction_is_written_over(checkpoint, table, tmp_path):
         assert result.exit_code == 2 and f"{path} is there already, and is no " in result.stderr
     assert {path: path.read_bytes() for path in held} == held
     assert run(*asked, "--output", out, "--picture", out).exit_code == 2 and not out.exists()
-    for _ in range(2):  # the second time over the first
-        assert run(*asked, "--output", out, "--picture", tmp_path / "look.png").exit_code == 0
+    for _, ending in itertools.product(range(2), ("png", "pdf", "svg")):  # the second time over the first
+        assert run(*asked, "--output", out, "--picture", tmp_path / f"look.{ending}").exit_code == 0
 
 
 @pytest.mark.parametrize("name", ["look.xyz", "look"])

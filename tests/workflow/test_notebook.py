@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from pathlib import Path
 
 import pandas as pd
 import pytest
@@ -21,8 +22,9 @@ def test_an_arm_that_is_not_there_is_named(arm, says, monkeypatch):
     monkeypatch.chdir(ROOT)
     with pytest.raises(ValueError, match=says):
         myowave.diagnose(None, arm)
-    with pytest.raises(ValueError, match="There is no gone.yaml in .*, or name it with config=.$"):
-        myowave.diagnose(None, config=["gone.yaml"])
+    for config in ("gone.yaml", Path("gone.yaml"), ["gone.yaml"]):
+        with pytest.raises(ValueError, match="There is no gone.yaml in .*, or name it with config=.$"):
+            myowave.diagnose(None, config=config)
 
 
 def test_mistakes_in_what_is_known_of_trials_are_told_as_those_of_a_file(monkeypatch):

@@ -63,6 +63,11 @@ def test_a_trial_is_read_once_it_is_whole_and_the_next_one_is_asked_for(session)
     assert said.count(" trials: a, b") == 1, "nothing is said where nothing is new"
 
 
+def test_a_file_counts_by_its_ending_however_that_is_written(session):
+    done = session(put("a"), lambda: Path("new/a.csv").rename("new/a.CSV"), look)
+    assert done.exit_code == 0 and "\n1 trials: a" in done.stdout
+
+
 def test_a_bad_trial_is_left_out_until_it_changes(session):
     def spoil():
         Path("new/b.csv").write_text("time_s,emg_biceps\n0,1\n")

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 from pydantic import Field, ValidationError, model_validator
 
 from myowave.physics.constants import CURVE, GROUP_CONSTANTS, JOINT_CONSTANTS, MUSCLE_CONSTANTS, constant_of
-from myowave.settings.data import Data, Dataset, RecordedDataset, force_and_length
+from myowave.settings.data import Data, Dataset, RecordedDataset, SimulatedDataset, force_and_length
 from myowave.settings.diagnosis import DiagnosisSettings
 from myowave.settings.files import read_layers
 from myowave.settings.keys import did_you_mean, explain, in_words, unless_known
@@ -223,6 +223,8 @@ def _problems_of_dataset(where: str, dataset: Dataset, arm: Arm) -> list[str]:
     """One line for each thing that a dataset, which stands at `where`, asks of its arm and does not find there."""
     whose, nominal = f" in arm {dataset.arm}", arm.nominal
     problems = []
+    if isinstance(dataset, SimulatedDataset) and not arm.muscles:
+        problems.append(f"{where}.arm: {dataset.arm} has no muscles, and EMG moves simulated trials; name another arm.")
     for path, name, values in _constants(dataset):
         problems += unless_known(f"{where}.{path}", name, nominal, whose, _EFFECTS if "." in name else "")
         if name in nominal:

@@ -64,7 +64,7 @@ def trial_of(file: Path, dataset: str, config: Sequence[Path]) -> str | None:
     """The trial whose EMG is in a file, where the settings of a dataset name this very file; else None."""
     block = read_settings(config).data.datasets.get(dataset)
     if isinstance(block, MeasuredDataset):
-        named = (Path(path).resolve() for pattern in block.files for path in glob.glob(pattern))
+        named = (Path(path).resolve() for pattern in block.files for path in glob.glob(pattern, recursive=True))
         return file.stem if file.resolve() in named else None
     channels = block.emg.values() if isinstance(block, RecordedDataset) else ()
     return next(filter(None, (channel.trial_of(file) for channel in channels)), None)
