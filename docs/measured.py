@@ -172,7 +172,7 @@ def blocks(numbers: dict[str, Any]) -> dict[str, str]:
         "trust": f"""
             Of {study["arms"]} simulated arms {study["wrong"]} were judged wrong
             ({_percent(study["wrong"] / study["arms"])}; {study["last"][0] or "none"} of the last {study["last"][1]}),
-            {study["visible"][0]} of {study["visible"][1]} visible effects were named or put in a class, and
+            {study["visible"][0]} of {study["visible"][1]} effects that show were named or put in a class, and
             {study["names"][0]} of {study["names"][1]} names given at 95 % or more are true. On a person only what
             changed between trials was ever checked. There the muscles explain less of the torque
             (R² {r2["base"]:.2f}) than posture, speed and the known load do ({r2["posture, speed and load"]:.2f}).

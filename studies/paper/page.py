@@ -61,6 +61,8 @@ def write_page(
     parts = [
         "# The method of Taneja et al. 2023, beside the paper's numbers",
         _answer(errors, printed, best),
+        "`snakemake -s studies/paper/Snakefile --cores 2` writes this page; its recipes are in "
+        "`studies/paper/settings.yaml`.",
         f"Mean ± standard deviation over {cases['seed'].nunique()} seeds. R2 is of the unseen trial, running free "
         "unless it says *one step ahead*.",
         "## What is seen",

