@@ -24,6 +24,7 @@ from myowave.diagnosis.causes import CAUSE_TITLES, OUTSIDE
 from myowave.physics.effects import SHIPPED
 from myowave.scores import TITLES as RIVALS
 from studies.reality.score import GRADES
+from studies.shared import markdown
 from studies.verdicts.summary import answered_visible, true_names
 
 ROOT = Path(__file__).parents[1]
@@ -204,12 +205,10 @@ def _missing(verdict: dict[str, Any]) -> str:
     return _titles(verdict, ", ") + ", and more" * (verdict["kind"] == "partial")
 
 
-def _network(numbers: dict[str, Any], dataset: str, model: str = "base", recipe: str = "") -> dict[str, Any]:
-    """The network of a dataset with the fewest scales; of the paper's method only where it is asked for."""
+def _network(numbers: dict[str, Any], dataset: str, model: str = "base") -> Any:
+    """The network of a dataset with the fewest scales, but for the paper's method; None where there is none."""
     found = [n for n in numbers["networks"] if (n["dataset"], n["model"]) == (dataset, model) and not n["baseline"]]
-    found = [n for n in found if (n["recipe"] == recipe if recipe else not n["recipe"].startswith("paper"))]
-    fewest: dict[str, Any] = min(found, key=lambda n: n["scales"])
-    return fewest
+    return min((n for n in found if not n["recipe"].startswith("paper")), key=lambda n: n["scales"], default=None)
 
 
 def _results(numbers: dict[str, Any]) -> str:
@@ -217,7 +216,7 @@ def _results(numbers: dict[str, Any]) -> str:
     for name, text in DATASETS.items():
         verdict = numbers["verdicts"][name]
         models = dict.fromkeys(("base", verdict["model"]))
-        trained = [_network(numbers, name, model) for model in models if _is_trained(numbers, name, model)]
+        trained = [n for model in models if (n := _network(numbers, name, model))]
         over = f" in pieces of {verdict['horizon_s']:g} s" if verdict["horizon_s"] else ""
         rows.append(
             [
@@ -228,11 +227,7 @@ def _results(numbers: dict[str, Any]) -> str:
                 " → ".join(_r2(n["r2"]) for n in trained),
             ]
         )
-    return _table(["trials", "what is missing", "model [deg]", "network [deg]", "R² of the network"], rows)
-
-
-def _is_trained(numbers: dict[str, Any], dataset: str, model: str) -> bool:
-    return any((n["dataset"], n["model"]) == (dataset, model) for n in numbers["networks"])
+    return markdown(["trials", "what is missing", "model [deg]", "network [deg]", "R² of the network"], rows)
 
 
 def _small(value: float, unit: str) -> str:
@@ -250,17 +245,8 @@ def _percent(share: float) -> str:
 
 
 def _networks_table(numbers: dict[str, Any]) -> str:
-    heads = [
-        "dataset",
-        "model",
-        "recipe",
-        "scales",
-        "test R²",
-        "error [deg]",
-        "in the band",
-        "worst parameter [%]",
-        "more scales",
-    ]
+    heads = ["dataset", "model", "recipe", "scales", "test R²", "error [deg]"]
+    heads += ["in the band", "worst parameter [%]", "more scales"]
     rows, best = [], {}
     for n in numbers["networks"]:
         best[n["dataset"], n["model"]] = max(best.get((n["dataset"], n["model"]), -np.inf), n["r2"])
@@ -271,14 +257,14 @@ def _networks_table(numbers: dict[str, Any]) -> str:
         worst = "" if n["parameter_error_pct"] is None else f"{n['parameter_error_pct']:.2g}"
         values = [r2, f"{n['deg']:.3g}", band, worst, n["more_scales"]]
         rows.append([n["dataset"], n["model"], n["recipe"], str(n["scales"]), *values])
-    return _table(heads, rows)
+    return markdown(heads, rows)
 
 
 def _predictors(score: str, values: dict[str, float], digits: int) -> str:
     """The muscle model, as pictures call it, and what stands beside it."""
     titles = {"base": "muscle model"}
     rows = [[titles.get(name, name), f"{value:.{digits}f}"] for name, value in values.items()]
-    return _table(["predictor", score], rows)
+    return markdown(["predictor", score], rows)
 
 
 def _rivals(numbers: dict[str, Any]) -> str:
@@ -291,10 +277,6 @@ def _rivals(numbers: dict[str, Any]) -> str:
     found = f"{found}, {_r2(own['r2'])} against {_r2(rivals[name])} of {name}"
     others = ", ".join(f"{rival} {r2:.2f}" for rival, r2 in rivals.items() if rival != name)
     return f"- **Against plain predictors.** {found} (R² on the two trials, medians over seeds); {others}."
-
-
-def _table(heads: list[str], rows: list[list[str]]) -> str:
-    return "\n".join("| " + " | ".join(cells) + " |" for cells in [heads, ["---"] * len(heads), *rows])
 
 
 def filled(text: str, parts: dict[str, str]) -> str:
