@@ -1,13 +1,7 @@
 """Derivatives of a step of the integrator by its beginning and by parameters, of the first state, and of what is seen.
 
-Those of a step are differences, which cost one evaluation for each number of the state and each parameter, or exact:
-each of many steps has parameters of its own, so one pass backwards gives the derivatives of all of them by all.
-
-Where no state of an effect depends on the motion, the acceleration is evaluated at all stages of all Runge-Kutta steps
-at once, and its derivatives by angle, velocity, activation and every parameter make a linear equation: the derivative
-of a Runge-Kutta step is the same step of that. States of activation act through it, and what moves them are differences
-that cost no muscle. Where tendons have states, the step itself is evaluated, and one pass backwards for each number of
-the state gives the derivatives of that.
+Those of a step by its beginning alone are differences. With parameters they are exact: each of many steps has
+parameters of its own, so a pass backwards for each number of the state gives the derivatives of all of them by all.
 
 Shapes: ... batch, T trials, N samples, n of the steps, S pieces of a step, 4 stages of a piece, M muscles, K numbers of
 the state, P parameters.
@@ -19,24 +13,12 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from myowave.physics.dynamics import torques
-from myowave.physics.motion import (
-    STAGES,
-    advance,
-    advance_activation,
-    initial_state,
-    observe,
-    pack,
-    runge_kutta,
-    step,
-    unpack,
-)
+from myowave.physics.motion import advance, initial_state, observe, pack, step, unpack
 from myowave.physics.simulation import Drive, Instant, Simulation
 from myowave.physics.valued import Valued, along, give_values
 
 MOST_POINTS = 30_000  # evaluated at once
 COSTLIER = 3  # evaluations of the muscles for each point where tendons have states, about
-BACKWARDS = 2  # evaluations of a step that a pass backwards costs for each number of the state, about
 INSIDE = 1e-3  # of a piece: its ends are kinks, whose derivatives by a delay are those from inside the piece
 NUDGE = 1e-6  # relative step of one-sided differences; their error is far below what a fit needs
 
@@ -62,18 +44,16 @@ def linearise(simulation: Simulation, state: Tensor, wrt: Mapping[str, float]) -
         (..., T, N - 1, K, P).
     """
     simulation.model.check_names(wrt)
-    with_tendons = bool(simulation.model.places["tendon"])
-    if state.shape[-1] + len(wrt) <= BACKWARDS * (state.shape[-1] if with_tendons else 1):
+    if not wrt:
         linear = _by_differences(simulation, state)
-        return linear, forcing_of(simulation, linear, wrt)
+        return linear, linear.after.new_zeros(*linear.after.shape, 0)
     drive, before, size = simulation.drive, state[..., :-1, :], state.shape[-1]
-    evaluated = 4 * drive.pieces.shape[-1] * (COSTLIER if with_tendons else 1)
+    evaluated = 4 * drive.pieces.shape[-1] * (COSTLIER if simulation.model.places["tendon"] else 1)
     length = max(1, MOST_POINTS // (evaluated * max(1, before[..., 0, 0].numel())))
-    backwards = _by_steps if with_tendons else _by_stages
     parts = []
     for first in range(0, before.shape[-2], length):
         steps = slice(first, min(first + length, before.shape[-2]))
-        parts.append(backwards(simulation, before[..., steps, :], drive.part(steps), steps, wrt))
+        parts.append(_by_steps(simulation, before[..., steps, :], drive.part(steps), steps, wrt))
     after, derivatives = (torch.cat(part, axis) for part, axis in zip(zip(*parts, strict=True), (-2, -3), strict=True))
     return Linear(state, after, derivatives[..., :size]), derivatives[..., size:]
 
@@ -138,69 +118,6 @@ def _nudged_copies(
             yield [i for i, name in enumerate(wrt) if name in group], *simulation.nudged(group, reach, axes)
 
 
-def _by_stages(
-    simulation: Simulation, state: Tensor, drive: Drive, steps: slice, wrt: Mapping[str, float]
-) -> tuple[Tensor, Tensor]:
-    """Where steps of a model without states of tendons lead, and the derivatives by their beginning and by parameters,
-    (..., T, n, K) and (..., T, n, K, K + P)."""
-    q, qdot, size = state[..., 0], state[..., 1], state.shape[-1]
-    seen: list[tuple[Tensor, Tensor]] = []
-    instants = drive.instants(simulation.along_time)
-    activation, later = _activated(simulation, state, _early(drive), drive.pieces)
-    for piece, h in enumerate(drive.pieces.unbind(-1)):
-
-        def accelerate(stage: int, q: Tensor, qdot: Tensor, piece: int = piece) -> Tensor:
-            seen.append((q, qdot))
-            point = STAGES[stage]
-            valued = instants[2 * piece + point].valued
-            return torques(valued, q, qdot, activation[..., 3 * piece + point, :], {}).acceleration
-
-        q, qdot = runge_kutta(accelerate, q, qdot, h)
-    after = torch.cat([torch.stack(torch.broadcast_tensors(q, qdot), -1), later], -1)
-    stages = [3 * piece + point for piece in range(drive.pieces.shape[-1]) for point in STAGES]
-
-    def at_stages(points: Tensor) -> Tensor:
-        return points[..., stages, :].unflatten(-2, (-1, 4))
-
-    course = None if drive.course is None else at_stages(drive.course[..., _ends(drive), :])
-    q, qdot = (torch.stack(torch.broadcast_tensors(*x), -1).unflatten(-1, (-1, 4)) for x in zip(*seen, strict=True))
-    by_q, by_qdot, by_activation, *by_parameter = _slopes(simulation, q, qdot, at_stages(activation), course, list(wrt))
-    # Others than q and qdot: states of activation, then parameters.
-    by_other = by_q.new_zeros(size - 2 + len(wrt), *by_q.shape)
-    for slope, found in zip(by_other[size - 2 :], by_parameter, strict=True):
-        slope.copy_(found)
-    of_later = later.new_zeros(2 + len(by_other), *later.shape)  # states of activation do not see the motion
-    for columns, of_points, of_states in _changes_of_activation(simulation, state, drive, steps, wrt):
-        by_other[columns] += (by_activation * at_stages(of_points)).sum(-1)
-        of_later[[2 + column for column in columns]] = of_states
-    derivatives = torch.cat([_forced(by_q, by_qdot, by_other, drive.pieces), of_later.movedim(0, -1)], -2)
-    return after, derivatives
-
-
-def _changes_of_activation(
-    simulation: Simulation, state: Tensor, drive: Drive, steps: slice, wrt: Mapping[str, float]
-) -> Iterator[tuple[list[int], Tensor, Tensor]]:
-    """How D of the states of activation and P parameters change what `_activated` gives, by differences: their places,
-    and the two, (D, ..., T, n, 3 S, M) and (D, ..., T, n, K - 2)."""
-    axes, rest = state.ndim - 2, state.shape[-1] - 2
-    early = _early(drive)
-    activation, later = _activated(simulation, state, early, drive.pieces)
-    if rest:
-        bumps = NUDGE * torch.eye(2 + rest, dtype=state.dtype, device=state.device)[2:]
-        bumped = state + bumps.reshape(rest, *(1,) * (axes + 1), -1)
-        moved = _activated(simulation, bumped, early, drive.pieces)
-        yield [*range(rest)], (moved[0] - activation) / NUDGE, (moved[1] - later) / NUDGE
-    for columns, nudged, nudges in _nudged_copies(simulation, wrt, NUDGE, axes, (True,)):
-        by = nudges.reshape(-1, *(1,) * (axes + 2))
-        inside = (_inside(x, steps, simulation.breakpoints) for x in (simulation, nudged))
-        pairs = zip((simulation, nudged), inside, strict=True)
-        still, pushed = (_activated(x, state, points, drive.pieces)[0] for x, points in pairs)
-        # Pushes are compared at fixed times. Where a state gets to is seen from pieces that end with its own delay.
-        part = nudged.drive.part(steps)
-        of_states = _activated(nudged, state, _early(part), part.pieces)[1] - later
-        yield [rest + column for column in columns], (pushed - still) / by.unsqueeze(-1), of_states / by
-
-
 def _early(drive: Drive) -> tuple[Tensor, Tensor]:
     """Excitation and activation before effects with states, at the beginning, middle and end of each piece, (..., T, n,
     3 S, M)."""
@@ -212,60 +129,6 @@ def _ends(drive: Drive) -> list[int]:
     return [2 * piece + point for piece in range(drive.pieces.shape[-1]) for point in range(3)]
 
 
-def _activated(
-    simulation: Simulation, state: Tensor, early: tuple[Tensor, Tensor], pieces: Tensor
-) -> tuple[Tensor, Tensor]:
-    """Activation behind all effects at the beginning, middle and end of each piece, (..., T, n, 3 S, M), and the states
-    of effects after the steps (..., T, n, K - 2), from what `_early` gives."""
-    model, valued = simulation.model, simulation.along_time
-    if not model.places["late_activation"]:
-        return early[1], state[..., 2:]
-    _, _, states = unpack(model, state)
-    points: list[Tensor] = []
-    instants = [Instant(valued, u, a) for u, a in zip(*(x.unbind(-2) for x in early), strict=True)]
-    for piece, h in enumerate(pieces.unbind(-1)):
-        found, states = advance_activation(instants[3 * piece : 3 * piece + 3], states, h.unsqueeze(-1))
-        points += found
-    ahead = [x.movedim(-1, 0) for x in torch.broadcast_tensors(*points)]  # as in `muscle_quantities`
-    return torch.stack(ahead, 1).movedim((0, 1), (-1, -2)), torch.cat(torch.broadcast_tensors(*states.values()), -1)
-
-
-def _slopes(
-    simulation: Simulation, q: Tensor, qdot: Tensor, activation: Tensor, course: Tensor | None, names: Sequence[str]
-) -> list[Tensor]:
-    """Derivatives of the acceleration at the stages of all pieces.
-
-    Args:
-        q, qdot: (..., T, n, S, 4); activation (..., T, n, S, 4, M) and what is known over time (..., T, n, S, 4, V).
-
-    Returns:
-        Derivatives by q, by qdot, by the activation, of their shapes, and by each parameter, (..., T, n, S, 4).
-    """
-    with torch.enable_grad():
-        q, qdot = (x.detach().requires_grad_() for x in (q, qdot))
-        a = _leaf(activation, q.shape, muscles=1)
-        valued, leaves = _valued_at(simulation, names, q.shape, axes=3)
-        found = torques(valued.timed(course), q, qdot, a.movedim(0, -1), {}).acceleration
-    by_q, by_qdot, by_a, *by_parameter = _derivatives(found, [q, qdot, a, *leaves])
-    return [by_q, by_qdot, by_a.movedim(0, -1), *by_parameter]
-
-
-def _forced(by_q: Tensor, by_qdot: Tensor, by_other: Tensor, pieces: Tensor) -> Tensor:
-    """Derivatives of q and qdot (..., T, n, 2, 2 + C) by those at the beginning of the pieces (..., T, 1, S) and by
-    others, that change the acceleration by `by_other` (C, ..., T, n, S, 4): a linear equation."""
-    by_other = torch.nn.functional.pad(by_other, (0, 0) * by_q.ndim + (2, 0))
-    q, qdot = torch.zeros_like(by_other[..., 0, 0]), torch.zeros_like(by_other[..., 0, 0])
-    q[0], qdot[1] = 1.0, 1.0
-    for piece, h in enumerate(pieces.unbind(-1)):
-
-        def accelerate(stage: int, q: Tensor, qdot: Tensor, piece: int = piece) -> Tensor:
-            slope_q, slope_qdot, forcing = (x[..., piece, stage] for x in (by_q, by_qdot, by_other))
-            return slope_q * q + slope_qdot * qdot + forcing
-
-        q, qdot = runge_kutta(accelerate, q, qdot, h)
-    return torch.stack([q, qdot], -1).movedim(0, -1)
-
-
 def _by_steps(
     simulation: Simulation, state: Tensor, drive: Drive, steps: slice, wrt: Mapping[str, float]
 ) -> tuple[Tensor, Tensor]:
@@ -275,8 +138,8 @@ def _by_steps(
     shape = state.shape[:-1]
     with torch.enable_grad():
         begin = state.detach().movedim(-1, 0).contiguous().requires_grad_()
-        u, a = (_leaf(x, shape, muscles=2) for x in _early(drive))
-        valued, leaves = _valued_at(simulation, list(wrt), shape, axes=1)
+        u, a = (_leaf(x, shape) for x in _early(drive))
+        valued, leaves = _valued_at(simulation, list(wrt), shape)
         timed = drive.instants(valued)
         at = zip(_ends(drive), u.movedim(0, -1), a.movedim(0, -1), strict=True)
         instants = [Instant(timed[place].valued, u_at, a_at) for place, u_at, a_at in at]
@@ -297,24 +160,17 @@ def _by_steps(
     return after.detach(), derivatives
 
 
-def _leaf(values: Tensor, shape: Sequence[int], muscles: int) -> Tensor:
-    """Values (..., M) as what derivatives are taken by; the muscles, and of two axes the points before them, in front,
-    as `dynamics.muscle_quantities` has them."""
-    axes = tuple(range(-1, -1 - muscles, -1))
-    values = values.expand(*shape, *values.shape[values.ndim - muscles :]).movedim(axes, tuple(range(muscles)))
+def _leaf(values: Tensor, shape: Sequence[int]) -> Tensor:
+    """Values (..., 3 S, M) as what derivatives are taken by; points and muscles in front, as
+    `dynamics.muscle_quantities` has them."""
+    values = values.expand(*shape, *values.shape[-2:]).movedim((-1, -2), (0, 1))
     return values.detach().contiguous().requires_grad_()
 
 
-def _valued_at(
-    simulation: Simulation, names: Sequence[str], shape: torch.Size, axes: int
-) -> tuple[Valued, list[Tensor]]:
-    """The model with values for points of a shape, and those in `names`, one for each point.
-
-    Args:
-        axes: of the points, behind the batch (..., T).
-    """
+def _valued_at(simulation: Simulation, names: Sequence[str], shape: torch.Size) -> tuple[Valued, list[Tensor]]:
+    """The model with values for steps of a shape, and those in `names`, one for each step."""
     values = {n: simulation.params.get(n, simulation.model.defaults[n]) for n in (*simulation.params, *names)}
-    params = along(values, axes, simulation.emg)
+    params = along(values, 1, simulation.emg)
     leaves = {name: params[name].expand(shape).contiguous().requires_grad_() for name in names}
     return give_values(simulation.model, params | leaves, simulation.emg), [*leaves.values()]
 
