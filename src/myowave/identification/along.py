@@ -15,7 +15,7 @@ from torch import Tensor
 from myowave.data.trials import Array
 from myowave.identification.record import Record
 from myowave.physics.model import Model, Params
-from myowave.physics.motion import initial_state, observe, step
+from myowave.physics.motion import initial_state, observe, step, walk
 from myowave.physics.simulation import Simulation
 
 Index = NDArray[np.int64]
@@ -114,8 +114,4 @@ class Along:
             (R, L + 1), from the restart on; not finite where the motion diverges.
         """
         part = self.record.stretches(trial, start, steps + 1)
-        simulation, states = part.simulation(self.model, self.params), [self.state[trial, start]]
-        for n in range(steps):
-            states.append(step(simulation.valued, states[-1], simulation.drive.part(n)))
-        q, qdot = torch.stack(states, -2)[..., :2].unbind(-1)
-        return observe(simulation.along_time, q, qdot, part.dt).numpy()
+        return walk(part.simulation(self.model, self.params), self.state[trial, start]).angle.numpy()

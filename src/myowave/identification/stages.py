@@ -45,7 +45,7 @@ def fit_in_stages(model: Model, record: Record, free: Sequence[Free], starts: in
     # Torque diverges nowhere, so its values often lead to a lower valley than any that are spread about the usual ones.
     of_torque = [] if torque is None else [torque.values]
     found = attempt_fit(lambda: fit_model(model, record, free, starts=starts, further=of_torque))
-    if found is not None and explained(found) > 0:
+    if found is not None and share_explained(found.record, found.residual) > 0:
         return found
     begins = [*of_torque, np.array([p.start for p in free])]
     shortest = next(filter(None, (_over_all_short_pieces(model, record, free, values) for values in begins)), None)
@@ -63,7 +63,7 @@ def lengthen(fit: Fit, record: Record, free: Sequence[Free]) -> Fit:
         if predicted(fit) < ENOUGH:
             break  # ASSUME: what does not follow so long from measured states follows no longer
         longer = _next(fit.model, record if horizon_s is None else record.cut(horizon_s), free, fit.values)
-        if longer is None or explained(longer) < ENOUGH:
+        if longer is None or share_explained(longer.record, longer.residual) < ENOUGH:
             break
         fit = longer
     return fit
@@ -93,11 +93,6 @@ def predicted(fit: Fit) -> float:
     """Share of the motion that is predicted from measured states [-], see `share_explained`. A fit may move
     the starts of pieces within the error of their measurement."""
     return share_explained(fit.record, predict(fit, fit.record).residual)
-
-
-def explained(fit: Fit) -> float:
-    """Share of the motion that a fit explains [-], see `share_explained`."""
-    return share_explained(fit.record, fit.residual)
 
 
 def share_explained(record: Record, residual: Array) -> float:

@@ -224,21 +224,15 @@ def fit_torque(model: Model, record: Record, free: Sequence[Free]) -> TorqueFit:
     balance = TorqueBalance.of(model, record)
     if not balance.torques({}).given.any():  # an effect may brake it, but what is left is all of what is needed
         raise ValueError("nothing drives the arm, so there is no torque to compare")
-    values = torque_values(balance, free)
+    values = np.array([p.start for p in free])
+    for _ in range(ROUNDS):
+        for found in search(balance.scaled(free, values), free, values[None], STEPS, GAIN):
+            values = found[0]
     _, slope = linearise(balance.scaled(free, values), free, values)
     unit = np.outer(scales(free), scales(free))
     if not np.isfinite(slope).all():
         raise ValueError("the torque of the muscles is not finite")
     return TorqueFit(tuple(free), values, covariance_of(slope.T @ slope) * unit)
-
-
-def torque_values(balance: TorqueBalance, free: Sequence[Free]) -> Array:
-    """The values (P,) that give the needed torque best, from the usual ones."""
-    values = np.array([p.start for p in free])
-    for _ in range(ROUNDS):
-        for found in search(balance.scaled(free, values), free, values[None], STEPS, GAIN):
-            values = found[0]
-    return values
 
 
 def measured_torque(model: Model, record: Record, free: Sequence[Free], values: Array) -> tuple[Array, Array] | None:

@@ -254,8 +254,13 @@ def simulate(simulation: Simulation, q0: Tensor | float, qdot0: Tensor | float =
     emg = simulation.emg
     q0, qdot0 = (torch.as_tensor(x, dtype=emg.dtype, device=emg.device) for x in (q0, qdot0))
     batch = simulation.batch_shape(q0, qdot0)
-    states = [initial_state(simulation, q0.expand(batch), qdot0.expand(batch))]
-    for n in range(emg.shape[-2] - 1 - simulation.lead):
+    return walk(simulation, initial_state(simulation, q0.expand(batch), qdot0.expand(batch)))
+
+
+def walk(simulation: Simulation, first: Tensor) -> Motion:
+    """The motion from a first state (..., T, K), step after step; see `simulate`."""
+    states = [first]
+    for n in range(simulation.emg.shape[-2] - 1 - simulation.lead):
         states.append(step(simulation.valued, states[-1], simulation.drive.part(n)))
     return observed(simulation, torch.stack(states, -2))
 

@@ -24,7 +24,7 @@ from typing import TypeVar
 import numpy as np
 import torch
 from scipy.optimize import minimize
-from scipy.stats import norm
+from scipy.special import log_ndtr
 from torch import Tensor
 
 from myowave.data.trials import Array
@@ -336,5 +336,5 @@ def _log_between(low: Array, high: Array) -> Array:
     """Logarithm of the probability that N(0, 1) lies between, with care for its tails."""
     flip = low > 0  # where both lie above 0 the lower tail is as exact as the upper one is not
     a, b = np.where(flip, -high, low), np.where(flip, -low, high)
-    upper, lower = norm.logcdf(b), norm.logcdf(a)
+    upper, lower = log_ndtr(b), log_ndtr(a)
     return np.asarray(upper + np.log1p(-np.exp(np.minimum(lower - upper, -1e-12))))

@@ -17,10 +17,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import torch
+from scipy.linalg import eigh
 
 from myowave.data.trials import Array
 from myowave.identification.free_parameters import Free, bind_values, bounds, effect_parameters, scales
-from myowave.identification.least_squares import gain_of, scaled_slope
+from myowave.identification.least_squares import correlations, gain_of, scaled_slope
 from myowave.identification.output_error import TOLERANCE, Fit
 from myowave.identification.stages import FAILURES
 from myowave.physics.effect import Effect
@@ -147,13 +148,6 @@ def _start(fit: Fit, model: Model, free: tuple[Free, ...]) -> Fit:
 
 def _visible(left: Array, whole: Array) -> tuple[float, Array]:
     """Largest share of a combination's derivative that is left, and the combination."""
-    size = np.sqrt(np.diag(whole))
-    if not (size > 0).any():
-        return 0.0, np.eye(len(size))[0]
-    keep = size > 1e-12 * size.max()
-    inverse = np.where(keep, 1 / np.where(keep, size, 1.0), 0.0)
-    values, vectors = np.linalg.eigh(whole * np.outer(inverse, inverse))
-    sound = values > 1e-8 * values.max()
-    root = vectors[:, sound] / np.sqrt(values[sound])
-    shares, directions = np.linalg.eigh(root.T @ (left * np.outer(inverse, inverse)) @ root)
-    return float(np.sqrt(max(shares[-1], 0.0))), inverse * (root @ directions[:, -1])
+    size = np.sqrt(np.diag(whole)).clip(1e-150)
+    shares, directions = eigh(left / np.outer(size, size), correlations(whole) + 1e-8 * np.eye(len(whole)))
+    return float(np.sqrt(max(shares[-1], 0.0))), directions[:, -1] / size

@@ -33,7 +33,7 @@ class Screened:
     # singles, pairs: of effects and of pairs of them, beside the likeliest causes or none
     singles: Mapping[str, float]
     ideal: Mapping[str, float]  # of effects with noise alone beside them
-    pairs: Mapping[tuple[str, str], float]
+    pairs: Mapping[tuple[str, str], float]  # where the model has no effect
 
 
 def screen(model: Hypothesis, catalogue: Mapping[str, Effect]) -> Screened:
@@ -45,7 +45,8 @@ def screen(model: Hypothesis, catalogue: Mapping[str, Effect]) -> Screened:
         gain, seen = more.beside(Covariance(model.residual, state.sizes))
         without = state.value + model.offset
         singles = {name: without + gain(name) for name in more.place}
-        return singles, {pair: without + gain(*pair) for pair in combinations(seen, 2)}
+        pairs = () if model.effects else combinations(seen, 2)
+        return singles, {pair: without + gain(*pair) for pair in pairs}
 
     alone, likeliest = beside(noise_alone(model)), sorted(model.counted.values(), key=lambda s: -s.value)[:2]
     singles, pairs = zip(*(beside(s) for s in likeliest if s.value > -np.inf), alone, strict=True)
