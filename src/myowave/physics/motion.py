@@ -118,8 +118,7 @@ def advance(
         muscles, elapsed = muscle_quantities(valued, q, qdot, activation[point]), (h * (point / 2)).unsqueeze(-1)
         return muscles, {name: pull.relax(elapsed, muscles) for name, pull in pulls.items()}
 
-    def accelerate(stage: int, q: Tensor, qdot: Tensor) -> Tensor:
-        point = STAGES[stage]
+    def accelerate(point: int, q: Tensor, qdot: Tensor) -> Tensor:
         muscles, at = later(point, q, qdot) if point else (begin, states)
         return torques_with(instants[point].valued, q, qdot, muscles, at).acceleration
 
@@ -145,16 +144,13 @@ def advance_activation(
     return [first, middle, end], {**states, **after}
 
 
-STAGES = (0, 1, 1, 2)  # of a Runge-Kutta step: at its beginning, twice in its middle, at its end
-
-
 def runge_kutta(
     accelerate: Callable[[int, Tensor, Tensor], Tensor], q: Tensor, qdot: Tensor, h: Tensor
 ) -> tuple[Tensor, Tensor]:
     """q and qdot after one classical step of fourth order.
 
     Args:
-        accelerate: the acceleration at a stage, see `STAGES`, for q and qdot there.
+        accelerate: the acceleration at the beginning (0), the middle (1) or the end (2), for q and qdot there.
         h: length of the step [s].
     """
     half, sixth = h / 2.0, h / 6.0
@@ -162,9 +158,9 @@ def runge_kutta(
     v2 = qdot + half * k1
     k2 = accelerate(1, q + half * qdot, v2)
     v3 = qdot + half * k2
-    k3 = accelerate(2, q + half * v2, v3)
+    k3 = accelerate(1, q + half * v2, v3)
     v4 = qdot + h * k3
-    k4 = accelerate(3, q + h * v3, v4)
+    k4 = accelerate(2, q + h * v3, v4)
     return q + sixth * (qdot + 2.0 * (v2 + v3) + v4), qdot + sixth * (k1 + 2.0 * (k2 + k3) + k4)
 
 

@@ -3,8 +3,8 @@
 Those of a step by its beginning alone are differences. With parameters they are exact: each of many steps has
 parameters of its own, so a pass backwards for each number of the state gives the derivatives of all of them by all.
 
-Shapes: ... batch, T trials, N samples, n of the steps, S pieces of a step, 4 stages of a piece, M muscles, K numbers of
-the state, P parameters.
+Shapes: ... batch, T trials, N samples, n of the steps, S pieces of a step, M muscles, K numbers of the state,
+P parameters.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
