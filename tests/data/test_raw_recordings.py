@@ -256,6 +256,18 @@ def test_what_makes_a_recording_unusable_is_said(folder, spoil, says):
         refuse(folder, says)
 
 
+@pytest.mark.parametrize(
+    ("name", "unit", "stated"), [("elbow_deg", "", None), ("elbow_rad", "deg", None), ("elbow_rad", "", "deg")]
+)
+def test_a_name_ends_in_the_unit_where_nothing_else_says_it(good, folder, name, unit, stated):
+    for path in folder.glob("?/elbow.csv"):
+        text = path.read_text("utf-8").replace('"Elbow RT"', f'"{name}"').replace('"deg"', f'"{unit}"')
+        path.write_text(text, "utf-8")
+        assert f'"{name}"' in text
+    angle = {**session_section()["angle"], "unit": stated}
+    assert np.array_equal(prepare(folder, angle=angle)[0].trials.angle, prepare(good)[0].trials.angle)
+
+
 def test_a_file_that_was_cut_short_or_leaps_in_time_is_refused(folder):
     path = folder / "a" / "biceps.csv"
     lines = path.read_text("utf-8-sig").splitlines()
