@@ -41,6 +41,7 @@ NAMES = (
     "angle_scale",
     "clock_shift",
     "observation_lag",
+    "elastic_mount",
 )
 SHIPPED: tuple[Effect, ...] = tuple(importlib.import_module(f"{__name__}.{name}").EFFECT for name in NAMES)
 
