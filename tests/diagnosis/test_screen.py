@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import torch
 
-from myowave.diagnosis.likelihood.components import MOST_MOTION, prior_of, usual_strength
+from myowave.diagnosis.likelihood.components import MOST_MOTION, REPEATS, prior_of, residual_of, usual_strength
 from myowave.diagnosis.likelihood.hypothesis import Hypothesis
 from myowave.diagnosis.likelihood.pushes import Pushes
-from myowave.diagnosis.likelihood.terms import OF_EFFECTS, OF_MOTION
+from myowave.diagnosis.likelihood.terms import OF_ACTIVATION, OF_EFFECTS, OF_MOTION, OF_SENSOR
 from myowave.diagnosis.likelihood.waves import View
 from myowave.diagnosis.search.screen import screen
 from myowave.identification.free_parameters import effect_parameters
@@ -54,10 +54,31 @@ def test_an_effect_is_no_stronger_than_moves_the_arm_by_a_radian(damped, effects
 def test_what_the_catalogue_has_is_no_part_of_what_it_lacks(damped, effects):
     """Else a term would stand there twice, and be cheaper without its name."""
     whole = Pushes.of(damped).repeating
-    for term, name in OF_EFFECTS.items():
-        place = list(OF_MOTION).index(term)
+    places = {name: list(OF_MOTION).index(term) for term, name in OF_EFFECTS.items()}
+    places["forearm_inertia"] = len(OF_MOTION) + len(damped.model.muscles) * (len(OF_ACTIVATION) + 1)
+    for name, place in places.items():
         np.testing.assert_array_equal(Pushes.of(damped, [name]).repeating, np.delete(whole, place, -1))
-    assert Pushes.of(damped, catalogue()).repeating.shape[-1] == whole.shape[-1] - len(OF_EFFECTS)
+    assert Pushes.of(damped, catalogue()).repeating.shape[-1] == whole.shape[-1] - len(places)
+
+
+def test_what_the_catalogue_has_of_a_sensor_is_no_part_of_what_it_lacks(damped):
+    view = View.of(damped)
+    whole = residual_of(damped, view).columns(REPEATS).numpy()
+    for place, name in enumerate(reversed(OF_SENSOR), 1):
+        without = residual_of(damped, view, [name]).columns(REPEATS).numpy()
+        np.testing.assert_array_equal(without, np.delete(whole, -place, -1))
+
+
+@pytest.mark.parametrize(("name", "term"), OF_SENSOR.items())
+def test_a_term_of_the_sensor_is_the_effect_that_it_is_said_to_be(name, term, effects):
+    dt, size = 0.001, 1e-4
+    t = dt * torch.arange(200).double()
+    q, v = torch.sin(5 * t), 5 * torch.cos(5 * t)
+    (parameter,) = effects[name].parameters
+    given = {"q": q, "qdot": v, "dt": dt}
+    asked = effects[name].function.__code__.co_varnames[: effects[name].function.__code__.co_argcount]
+    seen = effects[name].function(*(given[n] for n in asked), **{parameter: torch.tensor(size).double()})
+    torch.testing.assert_close((seen - q) / size, term(q, v, v), rtol=1e-2, atol=1e-2)
 
 
 @pytest.mark.parametrize(("term", "name"), OF_EFFECTS.items())

@@ -75,7 +75,7 @@ def residual_of(fit: Fit, view: View, catalogue: Collection[str] = ()) -> Residu
         Component("constants", columns=constants),
         _forced(EMG, by_samples(fit, by_excitation), view),
         _slow(by_torque, view, fit.record.samples),
-        _sized(REPEATS, columns=_repeating(fit, view, look(pushes.repeating))),
+        _sized(REPEATS, columns=_repeating(fit, view, look(pushes.repeating), catalogue)),
         _sized(CURVES, columns=look(pushes.curves)),
         _sized(PATHS, columns=look(pushes.paths)),
     ]
@@ -205,9 +205,9 @@ def _slow(by_torque: Tensor, view: View, samples: int) -> Component:
     return _sized(SLOW, (blocks + blocks.mT) / (2 * power), tail / power)
 
 
-def _repeating(fit: Fit, view: View, by_pushes: Tensor) -> Tensor:
+def _repeating(fit: Fit, view: View, by_pushes: Tensor, catalogue: Collection[str]) -> Tensor:
     """What each part of the general correction does, a root mean square of 1 rad each, (T, W + H, C)."""
     q, v = fit.sensitive.motion.state[..., :2].unbind(-1)
-    parts = np.stack([term(q, v, v).numpy() for term in OF_SENSOR], -1) * fit.record.valid[..., None]
-    columns = torch.cat([by_pushes, view.amplitudes(parts)], -1)
+    parts = [term(q, v, v).numpy() * fit.record.valid for name, term in OF_SENSOR.items() if name not in catalogue]
+    columns = torch.cat([by_pushes, *(view.amplitudes(part[..., None]) for part in parts)], -1)
     return columns / ((columns**2).sum((0, 1)) / fit.record.samples).sqrt().clamp(1e-300)

@@ -48,7 +48,8 @@ def _by_torque(fit: Fit, forcing: Array, catalogue: Collection[str]) -> Iterator
     parts = [term(q, v, v) for name, term in OF_MOTION.items() if OF_EFFECTS.get(name) not in catalogue]
     parts += [term(q, v, own) for own in activation.unbind(-1) for term in OF_ACTIVATION.values()]
     parts += (activation * activation.cumsum(-2) * fit.record.dt).unbind(-1)  # what gets tired
-    parts.append(fit.sensitive.motion.state[..., 1].diff() / fit.record.dt)  # inertia
+    if "forearm_inertia" not in catalogue:
+        parts.append(fit.sensitive.motion.state[..., 1].diff() / fit.record.dt)
     for part in parts:
         yield forcing[..., 0] * part.numpy()[..., None]
 

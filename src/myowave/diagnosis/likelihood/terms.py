@@ -38,5 +38,9 @@ OF_ACTIVATION: Mapping[str, OfJoint] = {
     " the sign of qdot": lambda q, v, a: a * grown(v),
 }
 
-# What a sensor may add to the angle: an offset, a share of it, and what it lags.
-OF_SENSOR: tuple[OfJoint, ...] = (OF_MOTION["1"], OF_MOTION["q"], lambda q, v, a: -v)
+# What a sensor may add to the angle, by the effects that these are.
+OF_SENSOR: Mapping[str, OfJoint] = {
+    "angle_offset": OF_MOTION["1"],
+    "angle_scale": OF_MOTION["q"],
+    "observation_lag": lambda q, v, a: -v,
+}
