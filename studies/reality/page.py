@@ -24,6 +24,11 @@ Others recorded the machines and the person; OpenSim moves Arm26. What was withh
   the dry friction and damping of the servo that is off.
 - Servo that is off: dry friction may be largest near rest, and how fast it grows from rest is estimated.
 - Pendulum in bearings: what the catalogue has is no part of what it lacks, and how strong effects may be.
+- Rod on a motor: first judged as the method was, its light weight was "unknown", its heavy one "a load or something
+  like it", and both together dry friction, friction that grows with the load and a sensor that lags by 0.15 s, "or
+  something like them": the lag was wrong. Two terms were. What the catalogue lacks held a lag of its own, which undid
+  the named one: of a sensor, too, it now holds nothing that the catalogue has. And the rod bends between motor and
+  weight, which the catalogue lacked: it has a sensor on something that gives now.
 - A person: how changes between trials are weighed, with all seven rows in sight ([what changed](changed.md)).
 - Arm26: tendons with a toe, lags that change with the activation, steeper passive forces, larger forces of lengthening
   muscles; unusual constants are told beside names.
@@ -48,8 +53,8 @@ TAIL = """
   all. [Simulated arms](study.md), of which all is known, are graded more strictly.
 - **error**: of unseen trials, simulated from start to end with nothing added to the model, and with what is named.
   None where only the torques of two groups were compared.
-- **size**: friction per load of the gears [-]; load in the hand [kg]; lean [rad]; the decay of Arm26's activation [s],
-  its load [kg], its damper [N m s/rad].
+- **size**: friction per load of the gears [-]; load in the hand or on the rod [kg]; lean [rad]; the decay of Arm26's
+  activation [s], its load [kg], its damper [N m s/rad].
 - **lasso on torque** keeps what it needs of all effects, each as it changes the torque at its usual strength
   (`scikit-learn`, penalty by cross-validation). **PySINDy** keeps terms of the acceleration, where it is installed
   (`studies/reality/requirements.txt`) and the arm has no muscles. [Names of all effects](reality.csv).
@@ -60,6 +65,11 @@ TAIL = """
   nat. Its authors have damping, and a friction that is largest near rest.
 - **pendulum in bearings**: [data/free_pendulum](https://github.com/dynamicslab/MultiArm-Pendulum). The second half of
   each swing is kept for testing.
+- **rod on a motor**:
+  [data/torque_pendulum](https://github.com/dfki-ric-underactuated-lab/torque_limited_simple_pendulum).
+  A motor drives the rod with 0.9 or 1.5 N m along its motion, so that a motor with less torque and friction look alike:
+  one weight and one torque cannot tell them. Its authors identified dry friction and damping; that the rod bends shows
+  as ringing after each switch of the torque. One swing is kept for testing, of both weights one each.
 - **a person**: [data/elbow_curls](https://github.com/jiruifu-jerry0219/UpperLimbEstimator). The question is what
   changed between trials with one dumbbell and with another, or with what was done to the EMG by hand. The source names
   no unit of the loads, 2.75 and 5.5; they are taken as pounds. The lean is what its sensor reads. What cannot be told
