@@ -16,4 +16,5 @@ def test_terms_are_what_they_are_called():
     beside = {"": 1, "^2": 0.3, " q": 0.5, " q^2": 0.25, " qdot": -2, " qdot |qdot|": -4, " the sign of qdot": -1}
     found = {name: float(term(q, v, a)) for name, term in OF_ACTIVATION.items()}
     assert found == pytest.approx({name: 0.3 * factor for name, factor in beside.items()})
-    assert [float(term(q, v, a)) for term in OF_SENSOR] == [1.0, 0.5, 2.0]
+    of_sensor = {"angle_offset": 1.0, "angle_scale": 0.5, "observation_lag": 2.0}
+    assert {name: float(term(q, v, a)) for name, term in OF_SENSOR.items()} == of_sensor
