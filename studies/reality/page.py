@@ -22,15 +22,16 @@ Others recorded the machines and the person; OpenSim moves Arm26. What was withh
 - Servo and weight: a motor's gain is known to 10 % only; stops of a joint may grow far past its range; the search leads
   on from several models, as one effect had hidden two. The truth of the driven servo was widened, too: its gears have
   the dry friction and damping of the servo that is off. It was right in part ("dry friction, friction that grows with
-  the load, or something like them, and something else") until what the rod asked for; now drag is likely beside these,
-  and what they leave is hardly noise (p 4e-5; the limit is 1e-4).
+  the load, or something like them, and something else") before the change for the rod. Now drag joins these two, and
+  what all three leave is just not taken for noise (p 4e-5, the limit is 1e-4).
 - Servo that is off: dry friction may be largest near rest, and how fast it grows from rest is estimated.
 - Pendulum in bearings: what the catalogue has is no part of what it lacks, and how strong effects may be.
-- Rod on a motor: first judged as the method was, its light weight was "unknown", its heavy one "a load or something
-  like it", and both together dry friction, friction that grows with the load and a sensor that lags by 0.15 s, "or
-  something like them": the lag was wrong. Two terms were. What the catalogue lacks held a lag of its own, which undid
-  the named one: of a sensor, too, it now holds nothing that the catalogue has. And the rod bends between motor and
-  weight, which the catalogue lacked: it has a sensor on something that gives now. Its truth names that, too.
+- Rod on a motor: before any change for it its light weight was "unknown" and its heavy one "a load in the hand or
+  something like it". Asked then about all its trials, the method named dry friction, friction that grows with the load
+  and a sensor that lags by 0.15 s, "or something like them". The lag was wrong, for two reasons. What stands for
+  unknown causes held a lag of the other sign; it has no longer what the catalogue has of a sensor. And the catalogue
+  had no rod that bends: "an angle sensor on something that gives" was added, to the truth, too. An angle that was
+  smoothed would look the same.
 - A person: how changes between trials are weighed, with all seven rows in sight ([what changed](changed.md)).
 - Arm26: tendons with a toe, lags that change with the activation, steeper passive forces, larger forces of lengthening
   muscles; unusual constants are told beside names.
@@ -70,8 +71,9 @@ TAIL = """
 - **rod on a motor**:
   [data/torque_pendulum](https://github.com/dfki-ric-underactuated-lab/torque_limited_simple_pendulum).
   A motor drives the rod with 0.9 or 1.5 N m along its motion, so that a motor with less torque and friction look alike:
-  one weight and one torque cannot tell them. Its authors identified dry friction and damping; that the rod bends shows
-  as ringing after each switch of the torque. One swing is kept for testing, of both weights one each.
+  one weight and one torque cannot tell them, and the load of the heavy weight comes out twice too large. The authors
+  identified dry friction and damping; that the rod bends shows as ringing after each switch of the torque. The light
+  weight alone is tested with the torque of 1.5 N m, which it was not fitted to, the others with their last swings.
 - **a person**: [data/elbow_curls](https://github.com/jiruifu-jerry0219/UpperLimbEstimator). The question is what
   changed between trials with one dumbbell and with another, or with what was done to the EMG by hand. The source names
   no unit of the loads, 2.75 and 5.5; they are taken as pounds. The lean is what its sensor reads. What cannot be told

@@ -19,6 +19,14 @@ from myowave.physics.effects import catalogue
 FEW = ("joint_damping", "quadratic_drag")
 
 
+def made_by(effect, given, size):
+    """What an effect makes of given quantities at a size of its first parameter, the others 0."""
+    first, *others = effect.parameters
+    asked = effect.function.__code__.co_varnames[: effect.function.__code__.co_argcount]
+    values = dict.fromkeys(others, torch.tensor(0.0).double()) | {first: torch.tensor(size).double()}
+    return torch.as_tensor(effect.function(*(given[name] for name in asked), **values))
+
+
 def with_effect(fit, effect):
     model = fit.model.with_effects([effect])
     return refit(fit, model, (*fit.free, *effect_parameters(model, effect)))
@@ -74,10 +82,7 @@ def test_a_term_of_the_sensor_is_the_effect_that_it_is_said_to_be(name, term, ef
     dt, size = 0.001, 1e-4
     t = dt * torch.arange(200).double()
     q, v = torch.sin(5 * t), 5 * torch.cos(5 * t)
-    (parameter,) = effects[name].parameters
-    given = {"q": q, "qdot": v, "dt": dt}
-    asked = effects[name].function.__code__.co_varnames[: effects[name].function.__code__.co_argcount]
-    seen = effects[name].function(*(given[n] for n in asked), **{parameter: torch.tensor(size).double()})
+    seen = made_by(effects[name], {"q": q, "qdot": v, "dt": dt}, size)
     torch.testing.assert_close((seen - q) / size, term(q, v, v), rtol=1e-2, atol=1e-2)
 
 
@@ -85,12 +90,7 @@ def test_a_term_of_the_sensor_is_the_effect_that_it_is_said_to_be(name, term, ef
 def test_a_term_of_the_general_correction_is_the_effect_that_it_is_said_to_be(term, name, effects):
     """But for its size, and for a constant torque beside a stiffness."""
     q, v = torch.linspace(0.2, 2.0, 50).double(), torch.linspace(-3.0, 2.0, 50).double()
-    size, *others = effects[name].parameters
-    given = {"q": q, "qdot": v}
-    strength = dict.fromkeys(others, torch.tensor(0.0).double()) | {size: torch.tensor(1.0).double()}
-    asked = effects[name].function.__code__.co_varnames[: effects[name].function.__code__.co_argcount]
-    torque = effects[name].function(*(given[n] for n in asked), **strength)
-    torque = torch.as_tensor(torque).expand_as(q)
+    torque = made_by(effects[name], {"q": q, "qdot": v}, 1.0).expand_as(q)
     centred = torch.stack([torque - torque.mean(), (part := OF_MOTION[term](q, v, v)) - part.mean()])
     if term != "1":
         assert abs(torch.corrcoef(centred)[0, 1]) == pytest.approx(1.0, abs=1e-6)

@@ -213,8 +213,9 @@ class Reading:
         self.sha256[f"{trial}/{self.key or key}"] = raw.sha256
         said = plain_unit(settings.unit or "")
         written = plain_unit(signal.unit or (signal.angle_unit if signal.angle_unit in units else ""))
-        named = plain_unit(signal.name.rpartition("_")[2])  # `angle_rad`
-        unit = written or said or (named if named in units else ARBITRARY if units[0] == ARBITRARY else "")
+        ending = plain_unit(signal.name.rpartition("_")[2])  # of `angle_rad`
+        named = ending if ending in units else ""
+        unit = written or said or named or (ARBITRARY if units[0] == ARBITRARY else "")
         problem = signal_problem(raw, signal, settings.rate_hz, self.pace)
         problems = [problem] if problem else []
         if written and said and written != said:

@@ -11,11 +11,8 @@ def giving_angle(q: Tensor, qdot: Tensor, dt: float, *, s: Tensor) -> Tensor:
 
     The acceleration is the central difference of the velocity, one-sided at both ends.
     """
-    after = torch.cat([qdot[..., 1:], qdot[..., -1:]], -1)
-    before = torch.cat([qdot[..., :1], qdot[..., :-1]], -1)
-    steps = torch.full_like(q, 2.0)
-    steps[..., [0, -1]] = 1.0
-    return q + s * (after - before) / (steps * dt)
+    (acceleration,) = torch.gradient(qdot, spacing=dt, dim=-1)
+    return q + s * acceleration
 
 
 EFFECT = Effect(
