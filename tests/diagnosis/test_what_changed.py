@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import torch
 import yaml
 from typer.testing import CliRunner
 
@@ -14,6 +15,7 @@ from myowave.data.simulate import simulate_trials
 from myowave.data.store import write_trials
 from myowave.diagnosis.changed.ask import Family, _candidates, what_changed
 from myowave.diagnosis.changed.by_trial import ByTrial, Differing, Directions, Point
+from myowave.diagnosis.changed.weigh import Weighing
 from myowave.diagnosis.changed.windows import Groups, Moving
 from myowave.diagnosis.likelihood.algebra import Weighed
 from myowave.diagnosis.report.change import change_page, changed_facts, tell_change
@@ -73,6 +75,53 @@ def test_windows_that_count_as_samples_do_not_overlap(base, rate_hz):
     windows = moving.balance.windows
     apart = np.diff(moving.motion.time[: moving.motion.counts[0]])
     assert len(apart) > 2 and (apart > (2 * windows.half - 0.5) * windows.dt).all()
+
+
+SENSORS = {  # by what the joint does of what they report at an angular frequency
+    "angle_offset": lambda value, omega: 1.0 + 0 * omega,
+    "angle_scale": lambda value, omega: 1 / (1 + value) + 0 * omega,
+    "clock_shift": lambda value, omega: 1.0 + 0 * omega,
+    "observation_lag": lambda value, omega: 1 + 1j * omega * value,
+    "elastic_mount": lambda value, omega: 1 / (1 - value * omega**2),
+}
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        *(("angle_offset", 0.1), ("angle_scale", 0.2), ("clock_shift", 0.04), ("observation_lag", 0.02)),
+        *(("elastic_mount", -0.002), ("elastic_mount", 0.002)),
+    ],
+)
+def test_motions_of_the_joint_are_as_far_apart_as_its_sensor_makes_them(base, effects, name, value):
+    """Of motions no faster than windows of 0.3 s tell apart, by the determinant of what they become."""
+    settings = SimulatedDataset(kind="simulated", trials=2, samples=601, test=("2",), seed=3, dt_s=0.01)
+    record = make_record(simulate_trials("elbow", settings, base, {})[0], base).take([0])
+    (parameter,) = effects[name].parameters
+    params = {f"{name}.{parameter}": torch.tensor([value], dtype=torch.float64)}
+    omega = 2 * np.pi * np.arange(-1000, 1000) / 2000 / 0.3
+    expected = np.log(np.abs(SENSORS[name](value, omega))).mean()
+    moving = Moving.along(base.with_effects([effects[name]]), record, params)
+    assert moving.spread / len(moving.motion.time) == pytest.approx(expected, rel=0.05, abs=2e-3)
+    assert Moving.along(base, record, {}).spread == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_search_climbs_as_the_likelihood_does(base, effects):
+    effect, second = effects["elastic_mount"], np.array([False, False, True, True])
+    settings = SimulatedDataset(kind="simulated", trials=4, samples=600, test=("4",), seed=3, angle_noise_deg=0.2)
+    groups = Groups(make_record(simulate_trials("elbow", settings, base, {})[0], base), second, base)
+    weighing = Weighing(groups.by_errors(SCATTER))
+    nothing = Point(np.zeros(4), groups.plain, weighing.likeliest(groups.plain, {}))
+
+    def windows(values):
+        return groups.windows(effect, ("elastic_mount.s",), 0.001 * values)
+
+    by_trial = ByTrial(windows, -10.0, 10.0, weighing, nothing)
+    _, slope = by_trial._normal(nothing, np.eye(4))
+    ahead, behind = (
+        [by_trial._point(step * trial, nothing).state.value for trial in np.eye(4)] for step in (0.02, -0.02)
+    )
+    np.testing.assert_allclose(slope, np.subtract(ahead, behind) / 0.04, rtol=0.05)
 
 
 @pytest.mark.parametrize(("low", "sign", "last"), [(-5.0, -1.0, -1.0), (-0.5, -1.0, -0.25), (-5.0, 1.0, 0.0)])

@@ -180,4 +180,5 @@ class ByTrial:
         residual = self.weighing.residual(now)
         along = now.motion.padded(slope)[..., None] * torch.from_numpy(columns)[:, None]
         covariance = Covariance(residual, point.state.sizes)
-        return covariance.inner(along, along).numpy(), -covariance.with_residual(along).numpy()
+        spread = columns.T @ (more.spread - now.spread) / NUDGE
+        return covariance.inner(along, along).numpy(), spread - covariance.with_residual(along).numpy()

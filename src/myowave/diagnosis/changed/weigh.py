@@ -75,9 +75,9 @@ class Weighing:
 
     def likeliest(self, windowed: Windowed, start: Mapping[str, float]) -> Weighed:
         """The likeliest sizes of what made the torque, searched from others, and its log evidence in units of its size
-        in each trial [nats]."""
+        in each trial, of the measured motion [nats]."""
         found = most_likely(self.residual(windowed), (), start)
-        return Weighed(found.sizes, found.value + float(np.log(windowed.size).sum()))
+        return Weighed(found.sizes, found.value + float(np.log(windowed.size).sum() + windowed.spread.sum()))
 
 
 def _matern(time: Tensor) -> Tensor:

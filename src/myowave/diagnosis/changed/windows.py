@@ -23,7 +23,7 @@ from myowave.physics.effect import Effect
 from myowave.physics.model import Model
 from myowave.settings import Scatter
 
-BUMP_RAD = 0.01  # of the lean, for differences
+BUMP_RAD = 0.01  # of the lean, or of one sample of the angle, for differences
 TINY = 1e-12  # squared torque of muscles that give none [N^2 m^2]
 NO_FORCE = -30.0  # logarithm of a factor on passive forces that leaves none
 # ASSUME: moment arm times force changes over as much of angle [rad] and velocity [rad/s] as curves of the arm's muscles
@@ -67,11 +67,13 @@ class Moving:
     balance: TorqueBalance
     inside: NDArray[np.bool_]  # which of its windows count, (T, K)
     motion: Kinematics
+    spread: Array  # as `Windowed` has it, (T,)
 
     @classmethod
     def along(cls, model: Model, record: Record, params: Mapping[str, Tensor]) -> "Moving":
         """Raises a ValueError if a trial is too short for a window."""
-        balance = TorqueBalance.along(Along(model, record, params))
+        along = Along(model, record, params)
+        balance = TorqueBalance.along(along)
         # ASSUME: windows that overlap are no samples; those that only touch are.
         every = -(-2 * balance.windows.half // balance.windows.stride)
         inside = balance.inside & (np.arange(balance.inside.shape[1]) % every == 0)
@@ -83,7 +85,9 @@ class Moving:
         lean = lean if course is None else lean + course[..., OVER_TIME.index("tilt")]
         mean = balance.mean(torch.stack([balance.q, balance.qdot, lean], -1))[inside].T
         time = np.nonzero(inside)[1].astype(float) * balance.windows.stride * balance.windows.dt
-        return cls(balance, inside, Kinematics(inside.sum(-1), time, mean))
+        counts = inside.sum(-1)
+        spread = counts * _spread(along, every * balance.windows.stride * balance.windows.dt)
+        return cls(balance, inside, Kinematics(counts, time, mean), spread)
 
     def torques(self, model: Model, params: Mapping[str, Tensor]) -> tuple[Array, Array, Array]:
         """What copies (B, 1) or (B, T) of a model's constants need, what muscles give and what effects on the joint
@@ -94,6 +98,24 @@ class Moving:
             for x in (found.needed, found.given, found.effects)
         )
         return needed, given - effects, effects
+
+
+def _spread(along: Along, apart_s: float) -> Array:
+    """Logarithm of how much farther apart motions of the joint are than what a sensor reports of them, for each window,
+    (T,), from what becomes of a short push; the windows are so far apart [s].
+
+    Source: Szegoe's theorem: the determinant of a long filter is the mean of its log response.
+    """
+    # ASSUME: a sensor answers alike at any angle and time, and what windows do not tell apart has no noise.
+    record, middle = along.record, along.record.lengths // 2
+    pushed = record.angle.copy()
+    pushed[np.arange(len(middle)), middle] += BUMP_RAD
+    moved = replace(along, record=replace(record, angle=pushed)).motion[0] - along.motion[0]
+    samples = 2 * moved.shape[1]  # of one window, too, this tells two frequencies apart
+    frequency = np.fft.rfftfreq(samples, record.dt)
+    told = frequency <= 1 / (2 * apart_s)
+    response = np.log(np.abs(np.fft.rfft(moved / BUMP_RAD, samples)[:, told]))
+    return np.asarray(np.trapezoid(response, frequency[told]) / frequency[told][-1])
 
 
 def tilt_of(record: Record) -> Tensor:
@@ -111,6 +133,9 @@ class Windowed:
     by_tilt: Array  # its derivative by the lean of the upper arm [N m/rad], (L,)
     activation: Array  # of each electrode's muscles (mean), (C, L)
     usual: Array  # the active torque of the model's muscles of each electrode, (C, L) [N m]
+    # log of the volume of the joint's motions over that of what a sensor reports of them, of each trial, (T,): where it
+    # exaggerates, errors of the torque seem smaller [nats]
+    spread: Array
 
     @property
     def sizes(self) -> Array:
@@ -188,7 +213,7 @@ class Groups:
 
     def _seen_by(self, moving: Moving, model: Model, params: Mapping[str, Tensor]) -> Windowed:
         parts = *self._of_joint(moving, model, params), *self._of_muscles(moving, model, params)
-        return Windowed(moving.motion, *parts)
+        return Windowed(moving.motion, *parts, moving.spread)
 
     def _of_joint(self, moving: Moving, model: Model, params: Mapping[str, Tensor]) -> tuple[Array, Array]:
         """Its torque and the derivative, from the arm as it is and leaning more, both without muscles."""
