@@ -102,7 +102,7 @@ class Moving:
 
 def _spread(along: Along, apart_s: float) -> Array:
     """Logarithm of how much farther apart motions of the joint are than what a sensor reports of them, for each window,
-    (T,), from what becomes of a short push; the windows are so far apart [s].
+    (T,), from what becomes of a short push; the windows are so far apart [s]. A gain counts in the size of the torque.
 
     Source: Szegoe's theorem: the determinant of a long filter is the mean of its log response.
     """
@@ -114,8 +114,8 @@ def _spread(along: Along, apart_s: float) -> Array:
     samples = 2 * moved.shape[1]  # of one window, too, this tells two frequencies apart
     frequency = np.fft.rfftfreq(samples, record.dt)
     told = frequency <= 1 / (2 * apart_s)
-    response = np.log(np.abs(np.fft.rfft(moved / BUMP_RAD, samples)[:, told]))
-    return np.asarray(np.trapezoid(response, frequency[told]) / frequency[told][-1])
+    response = np.log(np.abs(np.fft.rfft(moved, samples)[:, told]))
+    return np.asarray(np.trapezoid(response - response[:, :1], frequency[told]) / frequency[told][-1])
 
 
 def tilt_of(record: Record) -> Tensor:
