@@ -43,7 +43,7 @@ ABOUT = {name: block["about"] for name, block in CONFIG["data"]["datasets"].item
 DATASETS = {name: ABOUT[name] for name in (PERSON, SIMULATOR, HIDDEN, "case1", "case3")} | {
     HIDDEN: "simulated; crosstalk and noise of the EMG hidden",  # the page of results must not tell
 }
-ANSWERS = {"adequate": "nothing", "unknown": "no answer: the model does not follow"}
+ANSWERS = {"adequate": "nothing", "unknown": "no answer"}
 TITLES = {effect.name: effect.title for effect in SHIPPED} | CAUSE_TITLES
 BASELINES = CONFIG["learning"]["baselines"]
 BLOCK = re.compile(r"(<!-- numbers: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
@@ -173,7 +173,7 @@ def blocks(numbers: dict[str, Any]) -> dict[str, str]:
         "trust": f"""
             Of {study["arms"]} simulated arms {study["wrong"]} were judged wrong
             ({_percent(study["wrong"] / study["arms"])}; {study["last"][0] or "none"} of the last {study["last"][1]}),
-            {study["visible"][0]} of {study["visible"][1]} effects that show were named or put in a class, and
+            {study["visible"][0]} of {study["visible"][1]} detectable effects were named or put in a class, and
             {study["names"][0]} of {study["names"][1]} names given at 95 % or more are true. On a person only what
             changed between trials was ever checked. There the muscles explain less of the torque
             (R² {r2["base"]:.2f}) than posture, speed and the known load do ({r2["posture, speed and load"]:.2f}).
@@ -217,12 +217,13 @@ def _results(numbers: dict[str, Any]) -> str:
         verdict = numbers["verdicts"][name]
         models = dict.fromkeys(("base", verdict["model"]))
         trained = [n for model in models if (n := _network(numbers, name, model))]
-        over = f" in pieces of {verdict['horizon_s']:g} s" if verdict["horizon_s"] else ""
         rows.append(
             [
                 text,
                 _missing(verdict),
-                " → ".join(_small(error, "") for error in dict.fromkeys(verdict["errors_deg"])) + over,
+                "follows no whole trial"
+                if verdict["horizon_s"]
+                else " → ".join(_small(error, "") for error in dict.fromkeys(verdict["errors_deg"])),
                 " → ".join(_small(n["deg"], "") for n in trained),
                 " → ".join(_r2(n["r2"]) for n in trained),
             ]

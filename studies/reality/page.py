@@ -16,32 +16,8 @@ MOST_NAMES = 3  # of a rival's answer; of a longer one the page has the number
 HEAD = """
 
 Others recorded the machines and the person; OpenSim moves Arm26. What was withheld is read by the scorer alone.
-
-**Many rows are no test**: the method changed after their answers had been seen.
-
-- Servo and weight: a motor's gain is known to 10 % only; stops of a joint may grow far past its range; the search leads
-  on from several models, as one effect had hidden two. The truth of the driven servo was widened, too: its gears have
-  the dry friction and damping of the servo that is off. It was right in part ("dry friction, friction that grows with
-  the load, or something like them, and something else") before the change for the rod. Now drag joins these two, and
-  what all three leave is just not taken for noise (p 4e-5, the limit is 1e-4).
-- Servo that is off: dry friction may be largest near rest, and how fast it grows from rest is estimated.
-- Pendulum in bearings: what the catalogue has is no part of what it lacks, and how strong effects may be.
-- Rod on a motor: before any change for it its light weight was "unknown" and its heavy one "a load in the hand or
-  something like it". Asked then about all its trials, the method named dry friction, friction that grows with the load
-  and a sensor that lags by 0.15 s, "or something like them". The lag was wrong, for two reasons. What stands for
-  unknown causes held a lag of the other sign; it has no longer what the catalogue has of a sensor. And the catalogue
-  had no rod that bends: "an angle sensor on something that gives" was added, to the truth, too. An angle that was
-  smoothed would look the same.
-- A person: how changes between trials are weighed, with all seven rows in sight ([what changed](changed.md)).
-- Arm26: tendons with a toe, lags that change with the activation, steeper passive forces, larger forces of lengthening
-  muscles; unusual constants are told beside names.
-
-**Seven more arms of Arm26**, each judged once. Of five, with a damper and with a spring at the joint all that is
-missing was named, and nothing else; in the other three noise of the EMG stood for tendons that stretch. That noise was
-EMG before a trial, to which muscles still answer and which nobody recorded (0.05 to 0.58 deg). It is a cause of its own
-now; of two new arms, all that is missing was named and nothing else: strain of the tendons 0.033 +- 0.006 (true 0.033).
-
-`snakemake reality --cores 2` writes this page and `results/reality.csv`.
+**Many rows are no test**: [the method changed](#what-changed-after-answers-were-seen) after their answers had been
+seen. `snakemake reality --cores 2` writes this page and `results/reality.csv`.
 
 ![What was withheld, what was said, and the error before and after.](reality.png)
 
@@ -75,12 +51,34 @@ TAIL = """
   identified dry friction and damping; that the rod bends shows as ringing after each switch of the torque. The light
   weight alone is tested with the torque of 1.5 N m, which it was not fitted to, the others with their last swings.
 - **a person**: [data/elbow_curls](https://github.com/jiruifu-jerry0219/UpperLimbEstimator). The question is what
-  changed between trials with one dumbbell and with another, or with what was done to the EMG by hand. The source names
-  no unit of the loads, 2.75 and 5.5; they are taken as pounds. The lean is what its sensor reads. What cannot be told
-  is smaller than trials of this person differ anyway: [what is missed, and why](changed.md).
-- **OpenSim's Arm26**: `data/arm26/trials`, simulated by OpenSim 4.6 (`studies/reality/arm26.py`). Its activation lags,
-  its tendons stretch and its curves are Thelen's: all of that is missing, even what the noise of 0.5 deg hides. One of
-  four trials is kept for testing.
+  changed between trials with one dumbbell and with another, or with what was done to the EMG by hand. Loads are taken
+  as [pounds](person.md); the lean is what its sensor reads. What cannot be told is smaller than trials of this person
+  differ anyway: [what is left open, and why](changed.md).
+- **OpenSim's Arm26**: `data/arm26/trials`, simulated by OpenSim 4.6 (`studies/reality/arm26.py`). It has
+  activation dynamics, elastic tendons and Thelen's curves: all of that is missing, even what the noise of 0.5 deg
+  hides. One of four trials is kept for testing.
+
+## What changed after answers were seen
+- Servo and weight: a motor's gain is known to 10 % only; stops of a joint may grow far past its range; the search leads
+  on from several models, as one effect had hidden two. The truth of the driven servo was widened, too: its gears have
+  the dry friction and damping of the servo that is off. It was right in part ("dry friction, friction that grows with
+  the load, or something like them, and something else") before the change for the rod. Now drag joins these two, and
+  what all three leave is just not taken for noise (p 4e-5, the limit is 1e-4).
+- Servo that is off: dry friction may be largest near rest, and how fast it grows from rest is estimated.
+- Pendulum in bearings: what the catalogue has is no part of what it lacks, and how strong effects may be.
+- Rod on a motor: before any change its light weight was "unknown", its heavy one "a load in the hand or something like
+  it". Asked then about all its trials, the method named dry friction, friction that grows with the load and a sensor
+  that lags by 0.15 s, "or something like them". The lag was wrong, for two reasons. What stands for unknown causes held
+  a lag of the other sign; it holds no longer what the catalogue has of a sensor. And the catalogue had no rod that
+  bends: a flexible mount of the sensor was added, to the truth, too. An angle that was smoothed would look the same.
+- A person: how changes between trials are weighed, with all seven rows in sight ([what changed](changed.md)).
+- Arm26: tendons with a toe, lags that change with the activation, steeper passive forces, larger forces of lengthening
+  muscles; unusual constants are told beside names.
+
+**Seven more arms of Arm26** were judged once each. Of five, two had all that is missing named, and nothing else (with a
+damper and with a spring at the joint); three got a wrong name, noise of the EMG for elastic tendons. That was EMG
+before a trial, to which muscles still answer and which nobody recorded (0.05 to 0.58 deg). It is a cause of its own
+now; of two new arms, all that is missing was named and nothing else: strain of the tendons 0.033 +- 0.006 (true 0.033).
 
 A case is a dataset and a line in `studies/reality/settings.yaml`, and what is true of it in
 `studies/reality/truth.yaml`.

@@ -12,7 +12,7 @@ from myowave.diagnosis.report.templates import described, explained, of_muscles,
 from myowave.diagnosis.search.verdict import Kind
 from myowave.settings import read_settings
 
-TITLES = {"joint_damping": "damping of the joint", "fatigue": "muscles that tire"}
+TITLES = {"joint_damping": "damping of the joint", "fatigue": "muscle fatigue"}
 
 
 @pytest.mark.parametrize("kind", get_args(Kind))
@@ -24,7 +24,7 @@ def test_every_kind_of_verdict_has_words(kind, facts):
 
 def test_an_effect_stands_by_its_title_where_it_is_first_named():
     text = str(explained("joint_damping, then fatigue; joint_damping again", TITLES))
-    first = "damping of the joint (<code>joint_damping</code>), then muscles that tire (<code>fatigue</code>)"
+    first = "damping of the joint (<code>joint_damping</code>), then muscle fatigue (<code>fatigue</code>)"
     assert text == f"{first}; <code>joint_damping</code> again"
 
 
@@ -38,9 +38,9 @@ def test_names_of_models_and_parameters_stay_as_they_are(text):
 def test_models_go_by_what_they_have_and_muscles_by_what_people_call_them():
     assert described("base", TITLES) == "muscle model"
     three = described("base+joint_damping+hand_load+fatigue", TITLES)
-    assert three == "muscle model with damping of the joint, hand load and muscles that tire"
+    assert three == "muscle model with damping of the joint, hand load and muscle fatigue"
     network = described("network, rollout, 1-scale, base+fatigue", TITLES)
-    assert network == "network, rollout, 1-scale with muscles that tire"
+    assert network == "network, rollout, 1-scale with muscle fatigue"
     assert described("posture, speed and load", TITLES) == "posture, speed and load", "it has no muscles"
     assert of_muscles("force of BIClong, f0_BIClong") == "force of the long head of the biceps, f0_BIClong"
     assert of_muscles("Biceps and Mine") == "Biceps and Mine", "a name that no table knows stays"

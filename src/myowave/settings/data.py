@@ -69,7 +69,7 @@ _IGNORE = "columns of the files that are not needed; * stands for anything, and 
 
 
 class Changed(Section):
-    """Two groups of trials to be compared: before and after, with and without, left and right."""
+    """Two groups of trials to be compared: before and after, with and without."""
 
     reference: Annotated[tuple[TrialName, ...], Once] = setting(
         "trials of the first group; two or more, or there is no control", min_length=1

@@ -24,7 +24,7 @@ def at_its_target(activation: Tensor) -> Tensor:
 
 EFFECT = Effect(
     name="activation_dynamics",
-    title="activation that lags",
+    title="activation dynamics",
     acts_on="activation",
     equation="dy/dt = (a - y) / (rise (0.5 + 1.5 y) where a > y, else decay / (0.5 + 1.5 y))",
     function=lagging_activation,

@@ -12,7 +12,7 @@ def other_shape(shape: Tensor, *, dA: Tensor) -> dict[str, Tensor]:
 
 EFFECT = Effect(
     name="activation_shape",
-    title="another curve from EMG to activation",
+    title="another nonlinearity from EMG to activation",
     acts_on="constants",
     equation="a(u) with A + dA",
     function=other_shape,

@@ -12,7 +12,7 @@ def offset_angle(q: Tensor, *, b: Tensor) -> Tensor:
 
 EFFECT = Effect(
     name="angle_offset",
-    title="an angle sensor with a wrong zero",
+    title="an offset of the angle sensor",
     acts_on="observation",
     equation="q + b",
     function=offset_angle,

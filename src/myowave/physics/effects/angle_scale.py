@@ -12,7 +12,7 @@ def scaled_angle(q: Tensor, *, s: Tensor) -> Tensor:
 
 EFFECT = Effect(
     name="angle_scale",
-    title="an angle sensor with a wrong scale",
+    title="a wrong gain of the angle sensor",
     acts_on="observation",
     equation="(1 + s) q",
     function=scaled_angle,

@@ -26,7 +26,7 @@ def shifted_angle(q: Tensor, qdot: Tensor, dt: float, *, d: Tensor) -> Tensor:
 
 EFFECT = Effect(
     name="clock_shift",
-    title="a shift between clocks of EMG and motion",
+    title="a time shift between EMG and motion",
     acts_on="observation",
     equation="q(t - d)",
     function=shifted_angle,

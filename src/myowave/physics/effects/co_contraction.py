@@ -14,7 +14,7 @@ def with_both_sides(excitation: Tensor, side: Tensor, *, c: Tensor) -> Tensor:
 
 EFFECT = Effect(
     name="co_contraction",
-    title="contraction of both sides that was not recorded",
+    title="co-contraction that was not recorded",
     acts_on="excitation",
     equation="u_i + c mean(u_antagonists)",
     function=with_both_sides,

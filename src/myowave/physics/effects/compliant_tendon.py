@@ -90,7 +90,7 @@ def balanced(
 
 EFFECT = Effect(
     name="compliant_tendon",
-    title="a tendon that stretches",
+    title="an elastic tendon",
     acts_on="muscle",
     equation="dy/dt = (F(l - strain slack e(y) / l0, v) - y) / (strain slack e'(y) dF/dv)",
     function=tendon_force,

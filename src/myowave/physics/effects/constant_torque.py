@@ -12,7 +12,7 @@ def constant_torque(*, tau: Tensor) -> Tensor:
 
 EFFECT = Effect(
     name="constant_torque",
-    title="a torque that never changes",
+    title="a constant torque",
     acts_on="joint",
     equation="tau",
     function=constant_torque,

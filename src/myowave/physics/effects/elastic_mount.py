@@ -17,7 +17,7 @@ def giving_angle(q: Tensor, qdot: Tensor, dt: float, *, s: Tensor) -> Tensor:
 
 EFFECT = Effect(
     name="elastic_mount",
-    title="an angle sensor on something that gives",
+    title="a flexible mount of the angle sensor",
     acts_on="observation",
     equation="q + s qddot",
     function=giving_angle,

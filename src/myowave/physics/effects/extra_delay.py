@@ -13,7 +13,7 @@ def longer_delay(delay: Tensor, *, d: Tensor) -> dict[str, Tensor]:
 
 EFFECT = Effect(
     name="extra_delay",
-    title="another delay from EMG to force",
+    title="another electromechanical delay",
     acts_on="constants",
     equation="u(t) = e(t - delay - d)",
     function=longer_delay,

@@ -22,7 +22,7 @@ def accumulation(activation: Tensor, state: Tensor) -> tuple[Tensor, Tensor, Ten
 
 EFFECT = Effect(
     name="fatigue",
-    title="muscles that tire",
+    title="muscle fatigue",
     acts_on="activation",
     equation="a (1 - k y), dy/dt = (a - y) / 30 s",
     function=fatigued_activation,

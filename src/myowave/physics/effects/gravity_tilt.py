@@ -14,7 +14,7 @@ def tilt_torque(q: Tensor, weight: Tensor, tilt: Tensor, *, phi: Tensor) -> Tens
 
 EFFECT = Effect(
     name="gravity_tilt",
-    title="an upper arm that leans",
+    title="a lean of the upper arm",
     acts_on="joint",
     equation="-weight (sin(q + tilt + phi) - sin(q + tilt))",
     function=tilt_torque,

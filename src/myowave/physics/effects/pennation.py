@@ -19,7 +19,7 @@ def more_pennation(pennation: Tensor, *, s: Tensor) -> dict[str, Tensor]:
 
 EFFECT = Effect(
     name="pennation",
-    title="fibres at an angle to the tendon",
+    title="pennate fibres",
     acts_on="constants",
     equation="sqrt(pennation^2 + s)",
     function=more_pennation,

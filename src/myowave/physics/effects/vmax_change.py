@@ -12,7 +12,7 @@ def other_vmax(vmax: Tensor, *, r: Tensor) -> dict[str, Tensor]:
 
 EFFECT = Effect(
     name="vmax_change",
-    title="faster or slower muscles",
+    title="another maximum shortening velocity",
     acts_on="constants",
     equation="(1 + r) v_max",
     function=other_vmax,
