@@ -102,8 +102,8 @@ def test_motions_of_the_joint_are_as_far_apart_as_its_sensor_makes_them(base, ef
     omega = 2 * np.pi * np.arange(-1000, 1000) / 2000 / 0.3
     expected = np.log(np.abs(SENSORS[name](value, omega))).mean()
     moving = Moving.along(base.with_effects([effects[name]]), record, params)
-    assert moving.spread / len(moving.motion.time) == pytest.approx(expected, rel=0.05, abs=2e-3)
-    assert Moving.along(base, record, {}).spread == pytest.approx(0.0, abs=1e-9)
+    assert moving.motion.spread / len(moving.motion.time) == pytest.approx(expected, rel=0.05, abs=2e-3)
+    assert Moving.along(base, record, {}).motion.spread == pytest.approx(0.0, abs=1e-9)
 
 
 def test_a_search_climbs_as_the_likelihood_does(base, effects):

@@ -180,5 +180,5 @@ class ByTrial:
         residual = self.weighing.residual(now)
         along = now.motion.padded(slope)[..., None] * torch.from_numpy(columns)[:, None]
         covariance = Covariance(residual, point.state.sizes)
-        spread = columns.T @ (more.spread - now.spread) / NUDGE
+        spread = columns.T @ (more.motion.spread - now.motion.spread) / NUDGE
         return covariance.inner(along, along).numpy(), spread - covariance.with_residual(along).numpy()

@@ -77,7 +77,7 @@ class Weighing:
         """The likeliest sizes of what made the torque, searched from others, and its log evidence in units of its size
         in each trial, of the measured motion [nats]."""
         found = most_likely(self.residual(windowed), (), start)
-        return Weighed(found.sizes, found.value + float(np.log(windowed.size).sum() + windowed.spread.sum()))
+        return Weighed(found.sizes, found.value + float(np.log(windowed.size).sum() + windowed.motion.spread.sum()))
 
 
 def _matern(time: Tensor) -> Tensor:

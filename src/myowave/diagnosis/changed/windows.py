@@ -40,6 +40,9 @@ class Kinematics:
     counts: NDArray[np.int64]  # windows of each trial, (T,)
     time: Array  # of each window [s], (L,)
     mean: Array  # angle [rad], velocity [rad/s] and measured lean of the upper arm [rad], (3, L)
+    # log of the volume of the joint's motions over that of what a sensor reports of them, of each trial, (T,): where it
+    # exaggerates, errors of the torque seem smaller [nats]
+    spread: Array
 
     def padded(self, values: Array) -> Tensor:
         """Values (L, ...) trial by trial, (T, most windows of a trial, ...), 0 where a trial has no more."""
@@ -67,7 +70,6 @@ class Moving:
     balance: TorqueBalance
     inside: NDArray[np.bool_]  # which of its windows count, (T, K)
     motion: Kinematics
-    spread: Array  # as `Windowed` has it, (T,)
 
     @classmethod
     def along(cls, model: Model, record: Record, params: Mapping[str, Tensor]) -> "Moving":
@@ -84,10 +86,9 @@ class Moving:
         lean = tilt_of(record)[:, None, None].expand(balance.q.shape)
         lean = lean if course is None else lean + course[..., OVER_TIME.index("tilt")]
         mean = balance.mean(torch.stack([balance.q, balance.qdot, lean], -1))[inside].T
-        time = np.nonzero(inside)[1].astype(float) * balance.windows.stride * balance.windows.dt
-        counts = inside.sum(-1)
-        spread = counts * _spread(along, every * balance.windows.stride * balance.windows.dt)
-        return cls(balance, inside, Kinematics(counts, time, mean), spread)
+        stride_s = balance.windows.stride * balance.windows.dt
+        counts, time = inside.sum(-1), np.nonzero(inside)[1].astype(float) * stride_s
+        return cls(balance, inside, Kinematics(counts, time, mean, counts * _spread(along, every * stride_s)))
 
     def torques(self, model: Model, params: Mapping[str, Tensor]) -> tuple[Array, Array, Array]:
         """What copies (B, 1) or (B, T) of a model's constants need, what muscles give and what effects on the joint
@@ -133,9 +134,6 @@ class Windowed:
     by_tilt: Array  # its derivative by the lean of the upper arm [N m/rad], (L,)
     activation: Array  # of each electrode's muscles (mean), (C, L)
     usual: Array  # the active torque of the model's muscles of each electrode, (C, L) [N m]
-    # log of the volume of the joint's motions over that of what a sensor reports of them, of each trial, (T,): where it
-    # exaggerates, errors of the torque seem smaller [nats]
-    spread: Array
 
     @property
     def sizes(self) -> Array:
@@ -213,7 +211,7 @@ class Groups:
 
     def _seen_by(self, moving: Moving, model: Model, params: Mapping[str, Tensor]) -> Windowed:
         parts = *self._of_joint(moving, model, params), *self._of_muscles(moving, model, params)
-        return Windowed(moving.motion, *parts, moving.spread)
+        return Windowed(moving.motion, *parts)
 
     def _of_joint(self, moving: Moving, model: Model, params: Mapping[str, Tensor]) -> tuple[Array, Array]:
         """Its torque and the derivative, from the arm as it is and leaning more, both without muscles."""
