@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import torch
 import yaml
 from typer.testing import CliRunner
 
@@ -20,6 +19,7 @@ from myowave.diagnosis.changed.windows import Groups, Moving
 from myowave.diagnosis.likelihood.algebra import Weighed
 from myowave.diagnosis.report.change import change_page, changed_facts, tell_change
 from myowave.identification.record import make_record
+from myowave.physics.curves import MILLARD
 from myowave.settings import Scatter, SimulatedDataset
 from myowave.settings.data import Changed
 
@@ -77,51 +77,76 @@ def test_windows_that_count_as_samples_do_not_overlap(base, rate_hz):
     assert len(apart) > 2 and (apart > (2 * windows.half - 0.5) * windows.dt).all()
 
 
-SENSORS = {  # by what the joint does of what they report at an angular frequency, relative to what it does at rest
-    "angle_offset": lambda value, omega: 1.0 + 0 * omega,
-    "angle_scale": lambda value, omega: 1.0 + 0 * omega,
-    "clock_shift": lambda value, omega: 1.0 + 0 * omega,
-    "observation_lag": lambda value, omega: 1 + 1j * omega * value,
-    "elastic_mount": lambda value, omega: 1 / (1 - value * omega**2),
-}
+@pytest.fixture
+def groups(base):
+    """Two trials of each group in which nothing has changed."""
+    settings = SimulatedDataset(kind="simulated", trials=4, samples=600, test=("4",), seed=3, angle_noise_deg=0.2)
+    record = make_record(simulate_trials("elbow", settings, base, {})[0], base)
+    return Groups(record, np.array([False, False, True, True]), base)
 
 
 @pytest.mark.parametrize(
-    ("name", "value"),
+    ("parameter", "value", "wider"),
     [
-        *(("angle_offset", 0.1), ("angle_scale", 0.2), ("clock_shift", 0.04), ("observation_lag", 0.02)),
-        *(("elastic_mount", -0.002), ("elastic_mount", 0.002)),
+        ("hand_load.m", 0.4, 1 / 1.4),  # beside 1 kg at 1 m, Eq. 55 of Taneja et al. 2023
+        *(("constant_torque.tau", 5.0, 1.0), ("angle_scale.s", 0.25, 1.25), ("angle_offset.b", 0.1, 1.0)),
     ],
 )
-def test_motions_of_the_joint_are_as_far_apart_as_its_sensor_makes_them(base, effects, name, value):
-    """Of motions no faster than windows of 0.3 s tell apart, by the determinant of what they become."""
-    settings = SimulatedDataset(kind="simulated", trials=2, samples=601, test=("2",), seed=3, dt_s=0.01)
-    record = make_record(simulate_trials("elbow", settings, base, {})[0], base).take([0])
-    (parameter,) = effects[name].parameters
-    params = {f"{name}.{parameter}": torch.tensor([value], dtype=torch.float64)}
-    omega = 2 * np.pi * np.arange(-1000, 1000) / 2000 / 0.3
-    expected = np.log(np.abs(SENSORS[name](value, omega))).mean()
-    moving = Moving.along(base.with_effects([effects[name]]), record, params)
-    assert moving.motion.spread / len(moving.motion.time) == pytest.approx(expected, rel=0.05, abs=2e-3)
-    assert Moving.along(base, record, {}).motion.spread == pytest.approx(0.0, abs=1e-9)
+def test_motions_are_as_dense_as_the_arm_and_its_sensor_make_them(groups, effects, parameter, value, wider):
+    """By how much wider what is reported spreads for the same torques."""
+    seen = groups.windows(effects[parameter.split(".")[0]], [parameter], value * groups.second)
+    denser = (seen.density - groups.plain.density) / seen.motion.counts
+    np.testing.assert_allclose(denser, -np.log(wider) * groups.second, atol=1e-12)
 
 
-def test_a_search_climbs_as_the_likelihood_does(base, effects):
-    effect, second = effects["elastic_mount"], np.array([False, False, True, True])
-    settings = SimulatedDataset(kind="simulated", trials=4, samples=600, test=("4",), seed=3, angle_noise_deg=0.2)
-    groups = Groups(make_record(simulate_trials("elbow", settings, base, {})[0], base), second, base)
+def test_a_clock_that_is_late_is_a_drive_that_is_early(groups, effects):
+    """And the same samples of the angle are compared, whenever they were reported."""
+    late = np.array([0.0, 0.01, -0.02, 0.043])
+    clock = groups.windows(effects["clock_shift"], ["clock_shift.d"], late)
+    delay = groups.windows(effects["extra_delay"], ["extra_delay.d_Bi", "extra_delay.d_Tri"], late)
+    np.testing.assert_allclose(clock.torque, groups.plain.torque, atol=0.1)  # of some 8 N m, by interpolation
+    np.testing.assert_allclose(clock.usual, delay.usual, atol=0.1)
+    assert np.abs(clock.usual - groups.plain.usual).max() > 1
+
+
+@pytest.mark.parametrize("parameter", ["angle_scale.s", "hand_load.m"])
+def test_what_a_trial_shows_hangs_on_its_own_value_alone(groups, effects, parameter):
+    effect = effects[parameter.split(".")[0]]
+    every, one = (groups.windows(effect, [parameter], 0.1 * trials) for trials in (np.ones(4), np.eye(4)[2]))
+    mixed = groups.plain.but_one(every, 2)
+    for name in ("torque", "usual", "activation", "density"):
+        np.testing.assert_allclose(getattr(mixed, name), getattr(one, name), rtol=1e-9, err_msg=name)
+    np.testing.assert_allclose(mixed.motion.mean, one.motion.mean, rtol=1e-9)
+
+
+@pytest.mark.parametrize(("name", "value"), [("angle_scale", 0.1), ("hand_load", 0.1), ("constant_torque", 1.0)])
+def test_a_search_climbs_as_the_likelihood_does(groups, effects, name, value):
+    (parameter, *_) = effects[name].parameters
     weighing = Weighing(groups.by_errors(SCATTER))
     nothing = Point(np.zeros(4), groups.plain, weighing.likeliest(groups.plain, {}))
 
     def windows(values):
-        return groups.windows(effect, ("elastic_mount.s",), 0.001 * values)
+        return groups.windows(effects[name], (f"{name}.{parameter}",), value * values)
 
     by_trial = ByTrial(windows, -10.0, 10.0, weighing, nothing)
     _, slope = by_trial._normal(nothing, np.eye(4))
     ahead, behind = (
-        [by_trial._point(step * trial, nothing).state.value for trial in np.eye(4)] for step in (0.02, -0.02)
+        [weighing.evidence(windows(step * trial), nothing.state.sizes) for trial in np.eye(4)] for step in (0.02, -0.02)
     )
-    np.testing.assert_allclose(slope, np.subtract(ahead, behind) / 0.04, rtol=0.05)
+    np.testing.assert_allclose(slope, np.subtract(ahead, behind) / 0.04, rtol=0.02, atol=0.02)
+
+
+@pytest.mark.parametrize("seed", [3, 4])
+def test_a_load_is_named_though_the_muscles_have_curves_of_another_family(base, effects, seed):
+    conditions = {name: {"load": 0.4} for name in ("3", "4")}
+    settings = SimulatedDataset(
+        kind="simulated", trials=5, samples=600, test=("5",), seed=seed, angle_noise_deg=0.3, conditions=conditions
+    )
+    trials = simulate_trials("elbow", settings, replace(base, curves=MILLARD), {})[0]
+    groups = Changed(reference=("1", "2"), against=("3", "4"), electrodes_stayed=True)
+    asked = [effects[name] for name in ("hand_load", "constant_torque", "gravity_tilt")]
+    found = what_changed(replace(trials, conditions={}), base, asked, groups, SCATTER)
+    assert found.names == ("hand_load",) and found.of("hand_load").value == pytest.approx(0.4, rel=0.25)
 
 
 @pytest.mark.parametrize(("low", "sign", "last"), [(-5.0, -1.0, -1.0), (-0.5, -1.0, -0.25), (-5.0, 1.0, 0.0)])
@@ -246,10 +271,12 @@ def test_without_any_electrode_there_is_nothing_to_ask(ask):
         ask({}, ("3", "4"), silent=("emg_biceps", "emg_triceps"))
 
 
-def test_an_effect_with_states_is_said_to_be_left_out(ask):
-    answer = ask({"load": 0.4}, ("3",), names=("hand_load", "fatigue", "vmax_change"))
+def test_effects_with_states_and_sensors_that_report_slow_motions_otherwise_are_said_to_be_left_out(ask):
+    names = ("hand_load", "fatigue", "vmax_change", "observation_lag", "elastic_mount", "angle_scale")
+    answer = ask({"load": 0.4}, ("3",), names=names)
     page = change_page(changed_facts("elbow", answer))
-    assert "Not weighed: muscle fatigue, another maximum shortening velocity." in page
+    expected = "muscle fatigue, another maximum shortening velocity, an angle sensor that lags, a flexible mount of the"
+    assert f"Not weighed: {expected} angle sensor." in page
 
 
 def test_no_change_is_sought_in_what_does_nothing_alone(base, effects):

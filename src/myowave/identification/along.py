@@ -31,6 +31,7 @@ class Along:
     model: Model
     record: Record  # whole trials
     params: Params  # what a fit has estimated; the rest is known of the trials, or at its default
+    sensor_time: bool = False  # whether the motion is told at the times when a sensor that is late reports it
 
     @cached_property
     def simulation(self) -> Simulation:
@@ -54,20 +55,40 @@ class Along:
         motion tells these three. They are inverted, and what is left, small if a sensor is not too bent, is corrected
         for. The measured angle as it is if the sensor has no inverse.
         """
-        record, still = self.record, np.zeros_like(self.record.angle)
-        time = still + np.arange(still.shape[1]) * record.dt
-        offset = self._seen(still, still)
-        factor = self._seen(still + 1, still) - offset
-        if not (np.abs(factor) > 0).all():
+        record = self.record
+        if not (np.abs(self.factor) > 0).all():
             return record.angle
-        ahead = time - (self._seen(time, still + 1) - offset) / factor
-        joint = self._later((record.angle - offset) / factor, ahead)
+        reported = (record.angle - self._at_rest(0.0)) / self.factor
+        moved = self._time - self.late  # when the joint did what is reported; what it did outside a trial nobody knows
+        known = (moved >= 0) & (moved <= (record.lengths[:, None] - 1) * record.dt)
         for _ in range(CORRECTIONS):
-            left = record.motion[..., 0].numpy() - self._seen(*record.smoothed(joint))
+            seen = self._seen(*record.smoothed(self._later(reported, self.late)))
+            left = np.where(known, record.motion[..., 0].numpy() - seen, 0.0)
             if np.abs(left).max() < ROUNDING:
                 break
-            joint = joint + self._later(left / factor, ahead)
+            reported = reported + left / self.factor
+        joint = reported if self.sensor_time else self._later(reported, self.late)
         return joint if np.isfinite(joint).all() else record.angle
+
+    @cached_property
+    def factor(self) -> Array:
+        """What a sensor reports of an angle of 1 beyond what it reports of 0, (T, N)."""
+        return self._at_rest(1.0) - self._at_rest(0.0)
+
+    @cached_property
+    def late(self) -> Array:
+        """How much later than the joint moves a sensor reports it, (T, N) [s]."""
+        slow = self._seen(self._time, np.ones_like(self._time))
+        return self._time - (slow - self._at_rest(0.0)) / self.factor
+
+    @property
+    def _time(self) -> Array:
+        """Of the samples, (T, N) [s]."""
+        return np.broadcast_to(np.arange(self.record.angle.shape[1]) * self.record.dt, self.record.angle.shape)
+
+    def _at_rest(self, q: float) -> Array:
+        """What the sensor reports of an arm that rests at an angle, (T, N)."""
+        return self._seen(np.full_like(self.record.angle, q), np.zeros_like(self.record.angle))
 
     def _seen(self, q: Array, qdot: Array) -> Array:
         """What the sensor reports of a motion of the joint, (T, N) each."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
+import torch
 from joblib import Parallel, cpu_count, delayed, parallel_config
 from numpy.typing import NDArray
 from scipy.special import softmax
@@ -19,7 +20,7 @@ from myowave.diagnosis.changed.windows import Groups, Windowed
 from myowave.diagnosis.likelihood.algebra import fewest
 from myowave.identification.record import make_record
 from myowave.physics.constants import MUSCLE_CONSTANTS
-from myowave.physics.effect import Effect, Parameter
+from myowave.physics.effect import Acting, Effect, Parameter
 from myowave.physics.model import Model
 from myowave.settings import Scatter
 from myowave.settings.data import Changed
@@ -222,7 +223,19 @@ def _weighable(model: Model, effect: Effect) -> bool:
     of_drive = {"delay", "shape", "excitation", "side"}
     of_muscles = (set(MUSCLE_CONSTANTS) | {"torque", "activation", "curves"}) - of_drive
     shown = not effect.stateful and effect.acts_on not in UNCHANGING and not effect.asks & of_muscles
-    return shown and not model.refuses(effect)
+    return shown and not model.refuses(effect) and (effect.acts_on != "observation" or _reports_all_alike(effect))
+
+
+def _reports_all_alike(effect: Effect) -> bool:
+    """Whether a sensor reports fast motions as it does slow ones, but for when. What others do to the errors between
+    windows, fast or slow, nobody knows, and an evidence hangs on it."""
+    time, sizes = torch.arange(400, dtype=torch.float64) / 100, []
+    values = {name: torch.tensor(p.typical, dtype=torch.float64) for name, p in effect.parameters.items()}
+    acting = Acting(effect, values)
+    for turning in (math.pi, 4 * math.pi):  # rad/s; as often as an elbow moves
+        q, qdot = torch.sin(turning * time), turning * torch.cos(turning * time)
+        sizes.append(float(acting({"q": q, "qdot": qdot, "dt": 0.01}).std()))
+    return math.isclose(*sizes, rel_tol=0.01)
 
 
 def _candidates(model: Model, effect: Effect) -> list[Change]:

@@ -173,12 +173,16 @@ class ByTrial:
         return point, Differing(directions, columns.T @ point.values + step, covariance, nats)
 
     def _normal(self, point: Point, columns: Array) -> tuple[Array, Array]:
-        """Normal equations of amplitudes: what is left of the torque, in units of its size in each trial."""
-        now, more = point.windowed, self.windows(point.values + NUDGE * columns.any(-1))
-        strength = now.strength
-        slope = (more.left_by(strength) / more.size - now.left_by(strength) / now.size) * now.size / NUDGE
-        residual = self.weighing.residual(now)
-        along = now.motion.padded(slope)[..., None] * torch.from_numpy(columns)[:, None]
-        covariance = Covariance(residual, point.state.sizes)
-        spread = columns.T @ (more.motion.spread - now.motion.spread) / NUDGE
-        return covariance.inner(along, along).numpy(), spread - covariance.with_residual(along).numpy()
+        """Normal equations of amplitudes: their information, as if only the torque hung on them, and the slope of the
+        log likelihood, which all that a value changes is in."""
+        now, moved = point.windowed, np.flatnonzero(columns.any(-1)).tolist()
+        step = NUDGE * np.isin(np.arange(len(columns)), moved)
+        more, sizes = self.windows(point.values + step), point.state.sizes
+        slope = (more.left_by(now.strength) - now.left_by(now.strength)) / NUDGE
+        along = now.motion.padded(slope)[..., None] * torch.eye(len(columns), dtype=torch.float64)[:, None]
+        information = Covariance(self.weighing.residual(now), sizes).inner(along, along).numpy()
+        rises = NUDGE / 2 * np.diag(information)
+        rises[moved] += [
+            (self.weighing.evidence(now.but_one(more, t), sizes) - point.state.value) / NUDGE for t in moved
+        ]
+        return columns.T @ information @ columns, columns.T @ rises

@@ -20,7 +20,7 @@ from torch import Tensor
 
 from myowave.data.trials import Array
 from myowave.diagnosis.changed.windows import Windowed
-from myowave.diagnosis.likelihood.algebra import Component, Residual, Weighed, most_likely
+from myowave.diagnosis.likelihood.algebra import Component, Residual, Weighed, log_evidence, most_likely
 
 # ASSUME: what moves the shoulder or the sensor disturbs the torque for about this long [s].
 MEMORY_S = 0.5
@@ -56,8 +56,7 @@ class Weighing:
         each, by_tilt = padded(active.T), padded(windowed.by_tilt[:, None])
         alike = _matern(padded(motion.time)) * valid[:, None] * valid[..., None]
         # ASSUME: what is not explained of a trial's torque grows with it (noise of force does so: Jones, Hamilton &
-        # Wolpert 2002, cited from memory). In N m a forearm without weight would need no torque and leave nothing, and
-        # in accelerations one that is heavier than it is would leave less.
+        # Wolpert 2002, cited from memory).
         noise = (0.003 * size, 0.1 * size, size)
         loaded = torch.from_numpy(windowed.sizes / size)[:, None, None] ** 2
         components = (
@@ -74,10 +73,14 @@ class Weighing:
         return Residual(padded(windowed.left_by(strength)), valid > 0, components)
 
     def likeliest(self, windowed: Windowed, start: Mapping[str, float]) -> Weighed:
-        """The likeliest sizes of what made the torque, searched from others, and its log evidence in units of its size
-        in each trial, of the measured motion [nats]."""
+        """The likeliest sizes of what made the torque, searched from others, and the log evidence of the measured
+        motion [nats]."""
         found = most_likely(self.residual(windowed), (), start)
-        return Weighed(found.sizes, found.value + float(np.log(windowed.size).sum() + windowed.motion.spread.sum()))
+        return Weighed(found.sizes, found.value + float(windowed.density.sum()))
+
+    def evidence(self, windowed: Windowed, sizes: Mapping[str, float]) -> float:
+        """The log evidence with given sizes [nats]."""
+        return log_evidence(self.residual(windowed), sizes) + float(windowed.density.sum())
 
 
 def _matern(time: Tensor) -> Tensor:

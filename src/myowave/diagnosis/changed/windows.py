@@ -23,14 +23,13 @@ from myowave.physics.effect import Effect
 from myowave.physics.model import Model
 from myowave.settings import Scatter
 
-BUMP_RAD = 0.01  # of the lean, or of one sample of the angle, for differences
+BUMP_RAD = 0.01  # of the lean, for differences
 TINY = 1e-12  # squared torque of muscles that give none [N^2 m^2]
 NO_FORCE = -30.0  # logarithm of a factor on passive forces that leaves none
 # ASSUME: moment arm times force changes over as much of angle [rad] and velocity [rad/s] as curves of the arm's muscles
 # do: over an elbow's range they are near to parabolas (Murray et al. 1995; Hill 1938).
 SMOOTH_RAD, SMOOTH_RAD_S = 1.2, 4.0
-NEGLIGIBLE = 1e-3  # share of the largest variance below which a direction of such functions is left out
-ROUNDING = 1e-10  # variance that a root of their covariance need not hold
+UNTOLD = 1e-6  # variance, of 1, that the directions kept of such functions need not hold
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,8 +39,8 @@ class Kinematics:
     counts: NDArray[np.int64]  # windows of each trial, (T,)
     time: Array  # of each window [s], (L,)
     mean: Array  # angle [rad], velocity [rad/s] and measured lean of the upper arm [rad], (3, L)
-    # log of the volume of the joint's motions over that of what a sensor reports of them, of each trial, (T,): where it
-    # exaggerates, errors of the torque seem smaller [nats]
+    # log of how much farther apart motions of the joint are than what a sensor reports of them, of each trial, (T,):
+    # where it exaggerates, errors of the torque seem smaller [nats]
     spread: Array
 
     def padded(self, values: Array) -> Tensor:
@@ -55,12 +54,10 @@ class Kinematics:
         q, qdot = self.mean[0] / SMOOTH_RAD, self.mean[1] / SMOOTH_RAD_S
         kernel = np.exp(-((q[:, None] - q) ** 2 + (qdot[:, None] - qdot) ** 2) / 2)
         # They are few: a triangular root of the kernel ends with them, long before all of its directions are known.
-        root, order, rank, _ = dpstrf(kernel, tol=ROUNDING, lower=1)
+        root, order, rank, _ = dpstrf(kernel, tol=UNTOLD, lower=1)
         columns = np.empty((len(q), rank))
         columns[order - 1] = np.tril(root)[:, :rank]
-        vectors, strength, _ = np.linalg.svd(columns, full_matrices=False)
-        kept = strength**2 > NEGLIGIBLE * strength[0] ** 2
-        return np.asarray(vectors[:, kept] * strength[kept])
+        return columns
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,12 +66,14 @@ class Moving:
 
     balance: TorqueBalance
     inside: NDArray[np.bool_]  # which of its windows count, (T, K)
-    motion: Kinematics
+    motion: Kinematics  # at the times when a sensor that is late reports it
+    late: Array  # how much later that is in each trial, (T,) [s]
 
     @classmethod
     def along(cls, model: Model, record: Record, params: Mapping[str, Tensor]) -> "Moving":
         """Raises a ValueError if a trial is too short for a window."""
-        along = Along(model, record, params)
+        # At other times each window would look at other samples of what a late sensor reports.
+        along = Along(model, record, params, sensor_time=True)
         balance = TorqueBalance.along(along)
         # ASSUME: windows that overlap are no samples; those that only touch are.
         every = -(-2 * balance.windows.half // balance.windows.stride)
@@ -88,35 +87,17 @@ class Moving:
         mean = balance.mean(torch.stack([balance.q, balance.qdot, lean], -1))[inside].T
         stride_s = balance.windows.stride * balance.windows.dt
         counts, time = inside.sum(-1), np.nonzero(inside)[1].astype(float) * stride_s
-        return cls(balance, inside, Kinematics(counts, time, mean, counts * _spread(along, every * stride_s)))
+        spread = (-np.log(np.abs(along.factor))).mean(1)
+        return cls(balance, inside, Kinematics(counts, time, mean, counts * spread), along.late.mean(1))
 
     def torques(self, model: Model, params: Mapping[str, Tensor]) -> tuple[Array, Array, Array]:
-        """What copies (B, 1) or (B, T) of a model's constants need, what muscles give and what effects on the joint
-        give, (B, L) each [N m]."""
+        """What copies (B, 1) or (B, T) of a model's constants need of muscles and what these give [N m], and the moment
+        of inertia [kg m^2], (B, L) each; what effects on the joint give muscles need not."""
         found = replace(self.balance, model=model).torques(params)
-        needed, given, effects = (
-            np.broadcast_to(x, (len(found.given), *self.inside.shape))[:, self.inside]
-            for x in (found.needed, found.given, found.effects)
-        )
-        return needed, given - effects, effects
-
-
-def _spread(along: Along, apart_s: float) -> Array:
-    """Logarithm of how much farther apart motions of the joint are than what a sensor reports of them, for each window,
-    (T,), from what becomes of a short push; the windows are so far apart [s]. A gain counts in the size of the torque.
-
-    Source: Szegoe's theorem: the determinant of a long filter is the mean of its log response.
-    """
-    # ASSUME: a sensor answers alike at any angle and time, and what windows do not tell apart has no noise.
-    record, middle = along.record, along.record.lengths // 2
-    pushed = record.angle.copy()
-    pushed[np.arange(len(middle)), middle] += BUMP_RAD
-    moved = replace(along, record=replace(record, angle=pushed)).motion[0] - along.motion[0]
-    samples = 2 * moved.shape[1]  # of one window, too, this tells two frequencies apart
-    frequency = np.fft.rfftfreq(samples, record.dt)
-    told = frequency <= 1 / (2 * apart_s)
-    response = np.log(np.abs(np.fft.rfft(moved, samples)[:, told]))
-    return np.asarray(np.trapezoid(response - response[:, :1], frequency[told]) / frequency[told][-1])
+        parts = found.needed - found.effects, found.given - found.effects, found.inertia
+        shape = len(found.given), *self.inside.shape
+        needed, given, inertia = (np.broadcast_to(x, shape)[:, self.inside] for x in parts)
+        return needed, given, inertia
 
 
 def tilt_of(record: Record) -> Tensor:
@@ -132,13 +113,29 @@ class Windowed:
     # that the muscles have to give [N m], (L,): what the motion needs less what effects on the joint give
     torque: Array
     by_tilt: Array  # its derivative by the lean of the upper arm [N m/rad], (L,)
+    inertia: Array  # moment of inertia about the joint [kg m^2], (L,)
     activation: Array  # of each electrode's muscles (mean), (C, L)
     usual: Array  # the active torque of the model's muscles of each electrode, (C, L) [N m]
+
+    def but_one(self, other: "Windowed", trial: int) -> "Windowed":
+        """The same, but for a trial, of which others show what they do."""
+        motion, theirs = self.motion, other.motion
+        mine = np.repeat(np.arange(len(motion.counts)) != trial, motion.counts)
+        if theirs is not motion:
+            spread = np.where(np.arange(len(motion.counts)) != trial, motion.spread, theirs.spread)
+            motion = replace(motion, mean=np.where(mine, motion.mean, theirs.mean), spread=spread)
+        names = "torque", "by_tilt", "inertia", "activation", "usual"
+        return Windowed(motion, *(np.where(mine, getattr(self, name), getattr(other, name)) for name in names))
 
     @property
     def sizes(self) -> Array:
         """Root mean square of the torque of each trial [N m], (T,)."""
         return np.asarray(np.sqrt(self.motion.padded(self.torque**2).sum(1).numpy() / self.motion.counts))
+
+    @property
+    def density(self) -> Array:
+        """Log density of the measured motion of each trial over that of its torque, up to a constant, (T,) [nats]."""
+        return np.asarray(self.motion.padded(np.log(self.inertia)).sum(1).numpy() + self.motion.spread)
 
     @property
     def strength(self) -> float:
@@ -193,8 +190,8 @@ class Groups:
         if effect.acts_on == "observation":
             return self._seen_by(Moving.along(model, self.record, params), model, params)
         if effect.acts_on == "joint" or not effect.needs_muscles:
-            torque, by_tilt = self._of_joint(self.moving, model, params)
-            return replace(plain, torque=torque, by_tilt=by_tilt)
+            torque, by_tilt, inertia = self._of_joint(self.moving, model, params)
+            return replace(plain, torque=torque, by_tilt=by_tilt, inertia=inertia)
         activation, usual = self._of_muscles(self.moving, model, params)
         return replace(plain, activation=activation, usual=usual)
 
@@ -213,8 +210,8 @@ class Groups:
         parts = *self._of_joint(moving, model, params), *self._of_muscles(moving, model, params)
         return Windowed(moving.motion, *parts)
 
-    def _of_joint(self, moving: Moving, model: Model, params: Mapping[str, Tensor]) -> tuple[Array, Array]:
-        """Its torque and the derivative, from the arm as it is and leaning more, both without muscles."""
+    def _of_joint(self, moving: Moving, model: Model, params: Mapping[str, Tensor]) -> tuple[Array, Array, Array]:
+        """Its torque, the derivative and inertia, from the arm as it is and leaning more, both without muscles."""
         leaning = torch.tensor([[0.0], [BUMP_RAD]], dtype=torch.float64)
         muscles = model.muscles if any(effect.needs_muscles for effect in model.effects) else ()
         bare, record = replace(model, muscles=muscles), self.record
@@ -222,13 +219,14 @@ class Groups:
         balance = replace(moving.balance, record=replace(record, emg=record.emg[..., : len(muscles)], known=known))
         without = {f"f0_{m.name}": torch.zeros(1, 1, dtype=torch.float64) for m in muscles}
         params = {**params, **without, "tilt": tilt_of(record) + leaning}
-        needed, _, effects = replace(moving, balance=balance).torques(bare, params)
-        torque = needed - effects
-        return torque[0], (torque[1] - torque[0]) / BUMP_RAD
+        torque, _, inertia = replace(moving, balance=balance).torques(bare, params)
+        return torque[0], (torque[1] - torque[0]) / BUMP_RAD, inertia[0]
 
     def _of_muscles(self, moving: Moving, model: Model, params: Mapping[str, Tensor]) -> tuple[Array, Array]:
         """Activation and usual torque."""
         balance = moving.balance
+        late = {f"delay_{m.name}": torch.from_numpy(m.nominal["delay"] + moving.late) for m in model.muscles}
+        params = {**params, **late}
         _, activation = self.record.simulation(model, params).activate(balance.position)
         activation = balance.mean(activation.expand(*balance.q.shape, -1))[moving.inside].T
         of = np.array([m.channel for m in model.muscles])
