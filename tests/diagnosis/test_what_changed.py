@@ -248,6 +248,24 @@ def test_what_is_usual_counts_once(monkeypatch, information, likeliest):
     assert (found.changed, found.anyway) == pytest.approx((exact.changed, exact.anyway), abs=0.03)
 
 
+def test_no_value_is_taken_for_likelier_beyond_its_bounds(monkeypatch):
+    """Of trials whose likelihoods are exactly Gaussian, in the second group about more than is possible."""
+    second = np.array([0.0, 0.0, 1.0, 1.0])
+
+    def point(self, values, near):
+        inside = values.clip(-5.0, 5.0)
+        return Point(inside, None, Weighed({}, -0.5 * ((inside - 8.0 * second) ** 2).sum()))
+
+    def normal(self, point, columns):
+        return columns.T @ columns, columns.T @ (8.0 * second - point.values)
+
+    monkeypatch.setattr(ByTrial, "_point", point)
+    monkeypatch.setattr(ByTrial, "_normal", normal)
+    nothing = point(None, 0 * second, None)
+    found = ByTrial(None, -5.0, 5.0, None, nothing).differing(second, np.zeros((4, 0)))
+    assert found.values == pytest.approx(5.0 * second) and found.nats == pytest.approx(64.0 - 9.0)
+
+
 def test_electrodes_placed_anew_may_be_what_changed(ask):
     names = ("hand_load", "emg_gain")
     found = ask({"load": 0.4}, ("3", "4"), names=names, electrodes_stayed=False)

@@ -166,10 +166,12 @@ class ByTrial:
 
         *_, point = descend(point, lambda point: -point.total, attempts, STEPS, LITTLE)
         information, left = normal(point)
-        covariance = np.asarray(np.linalg.inv(information + LOOSE * usual), dtype=np.float64)
+        information = information + LOOSE * usual
+        covariance = np.asarray(np.linalg.inv(information), dtype=np.float64)
         # The search ends where the values are likeliest with what is usual; from there to where data alone put them.
-        step = covariance @ left
-        nats = point.state.value - self.nothing.state.value + float(step @ left) / 2
+        alone = (point.values + columns @ covariance @ left).clip(self.low, self.high)
+        step = columns.T @ (alone - point.values)
+        nats = point.state.value - self.nothing.state.value + float(step @ left - step @ information @ step / 2)
         return point, Differing(directions, columns.T @ point.values + step, covariance, nats)
 
     def _normal(self, point: Point, columns: Array) -> tuple[Array, Array]:
