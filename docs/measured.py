@@ -1,7 +1,7 @@
 """Write every number of README and of docs/ that the main job measures: `make readme`, after `make run`.
 
-It reads results/, docs/study_*.csv and docs/reality.csv, writes docs/numbers.json and pictures, and fills the
-blocks between `<!-- numbers: NAME -->` and `<!-- end -->`. A test holds the blocks to docs/numbers.json.
+It reads results/, docs/study_*.csv, docs/changed_cases.csv and docs/reality.csv, writes docs/numbers.json and pictures,
+and fills the blocks between `<!-- numbers: NAME -->` and `<!-- end -->`. A test holds the blocks to docs/numbers.json.
 """
 
 import json
@@ -23,6 +23,8 @@ from myowave.data.json_files import read_json
 from myowave.diagnosis.causes import CAUSE_TITLES, OUTSIDE
 from myowave.physics.effects import SHIPPED
 from myowave.scores import TITLES as RIVALS
+from studies.changed.answers import table, trials_needed
+from studies.changed.questions import PERSON as PEOPLE
 from studies.reality.score import GRADES
 from studies.shared import markdown
 from studies.verdicts.summary import answered_visible, true_names
@@ -74,6 +76,7 @@ def collect(results: Path) -> dict[str, Any]:
         "study": _study(
             *(pd.read_csv(ROOT / f"docs/study_{name}.csv", keep_default_na=False) for name in ("cases", "before"))
         ),
+        "changed": _changed(pd.read_csv(ROOT / "docs/changed_cases.csv", keep_default_na=False, na_values=[""])),
         "reality": _reality(pd.read_csv(ROOT / "docs/reality.csv")),
     }
 
@@ -124,6 +127,17 @@ def _reality(cases: pd.DataFrame) -> dict[str, Any]:
             "more": best["verdict"] == "partial",
             "errors_deg": [best["error_before"], best["error_after"]],
         },
+    }
+
+
+def _changed(cases: pd.DataFrame) -> dict[str, Any]:
+    """Answers to what changed of a person and of simulated arms, as tables, and how many trials a load needs."""
+    person, arms = (cases[part] for part in (cases["of"].eq(PEOPLE), cases["of"].ne(PEOPLE)))
+    return {
+        "person": table(person, "done"),
+        "arms": table(arms, "done"),
+        "arms_of": table(arms, "of"),
+        "trials_needed": {str(count): orders for count, orders in sorted(trials_needed(person).items())},
     }
 
 
@@ -179,7 +193,15 @@ def blocks(numbers: dict[str, Any]) -> dict[str, str]:
             (R² {r2["base"]:.2f}) than posture, speed and the known load do ({r2["posture, speed and load"]:.2f}).
             Believe a name only where the page says that the model follows.""",
     }
+    changed = numbers["changed"]
+    needed = ", ".join(f"after {count} trials in {orders}" for count, orders in changed["trials_needed"].items())
+    texts["trials_needed"] = f"""
+        **Trials needed.** Trials were added one by one in 20 orders of the loads (1.25 kg told for all, electrodes
+        said to have stayed). The load is named, and nothing else, {needed}."""
     tables = {
+        "changed_person": changed["person"],
+        "changed_arms": changed["arms"],
+        "changed_arms_of": changed["arms_of"],
         "results": _results(numbers),
         "torque": _predictors("R² of the torque, held-out trials", r2, 2),
         "ahead": _predictors("error after 0.5 s [deg]", ahead, 1),

@@ -19,6 +19,7 @@ from myowave.physics.model import Model
 from myowave.settings import DiagnosisSettings, Identify
 from studies.reality.rivals import lasso, pysindy
 from studies.reality.settings import Case
+from studies.shared import put_in
 
 
 def answer_case(
@@ -62,13 +63,8 @@ def as_asked(trials: Trials, case: Case) -> Trials:
     """The trials with what is withheld taken out, and with what is put in."""
     told = {n: {**trials.conditions.get(n, {}), **case.told} for n in trials.names}
     over_time = {name: signal for name, signal in trials.over_time.items() if name not in case.told}
-    emg, put = trials.emg, case.put_in
-    if put is not None:
-        held = np.minimum(np.arange(emg.shape[1]), np.array(trials.lengths)[:, None] - 1)
-        later = (held - round(put.delay_s / trials.dt)).clip(0)
-        mine = np.isin(trials.channels, put.channels or trials.channels) & np.isin(trials.names, put.trials)[:, None]
-        emg = np.where(mine[:, None], put.gain * np.take_along_axis(emg, later[..., None], 1), emg)
-    return replace(trials, emg=emg, conditions=told, over_time=over_time)
+    trials, put = replace(trials, conditions=told, over_time=over_time), case.put_in
+    return trials if put is None else put_in(trials, put.trials, put.channels, put.gain, put.delay_s)
 
 
 def held_out_deg(fit: Fit, trials: Trials) -> float:

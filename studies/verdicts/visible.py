@@ -19,7 +19,8 @@ from myowave.identification.stages import attempt_fit
 from myowave.physics.effect import Effect
 from myowave.physics.motion import simulate
 from myowave.physics.simulation import Simulation
-from studies.verdicts.worlds import World, low_pass, resampled
+from studies.shared import low_pass
+from studies.verdicts.worlds import World, resampled
 
 EVIDENCE = 10.0  # chi-square that counts as very strong evidence (Kass & Raftery 1995)
 EMG_DRAWS = 300  # more than noise of the EMG has independent answers of the arm, some 60 in 16 s

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import torch
 from scipy.interpolate import CubicSpline, PchipInterpolator, make_interp_spline
-from scipy.signal import butter, lfilter, sosfiltfilt
+from scipy.signal import lfilter
 from torch import Tensor
 
 from myowave.data.trials import Array, Trials
@@ -23,6 +23,7 @@ from myowave.identification.free_parameters import free_parameters
 from myowave.physics.curves import Curve, Curves
 from myowave.physics.model import Model
 from myowave.settings import Scatter
+from studies.shared import low_pass
 
 # As the model assumes, other in one way, in all of these at once, and arms of other simulators.
 WORLDS = {
@@ -171,11 +172,6 @@ def record(trials: Trials, world: World, noise_deg: float, random: np.random.Gen
         lengths = (len(fine),) * len(trials.names)
         return replace(trials, dt=1 / rate, lengths=lengths, emg=np.clip(emg, 0.0, 1.0), angle=angle)
     return replace(trials, emg=np.clip(emg, 0.0, 1.0), angle=angle)
-
-
-def low_pass(values: Array, edge_hz: float, dt: float) -> Array:
-    """Signals (T, N, ...) through a Butterworth filter forwards and backwards."""
-    return np.asarray(sosfiltfilt(butter(2, 2 * edge_hz * dt, output="sos"), values, axis=1), dtype=np.float64)
 
 
 def resampled(values: Array, time: Array, fine: Array) -> Array:
