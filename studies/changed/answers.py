@@ -10,6 +10,7 @@ from myowave.data.trials import Trials
 from myowave.diagnosis.changed.ask import what_changed
 from myowave.physics.effect import Effect
 from myowave.physics.model import Model
+from myowave.settings import Scatter
 from studies.changed.questions import HEAVY, LIGHT, PERSON, Question, trials_of
 from studies.shared import GRADES, markdown
 
@@ -21,7 +22,7 @@ def answer(
     person: Trials,
     bases: Mapping[str, Model],
     effects: Iterable[Effect],
-    scatter: Mapping[str, Any],
+    scatter: Mapping[str, Scatter],
 ) -> dict[str, Any]:
     """A row of the table: the question, what is said, and its grade.
 

@@ -58,28 +58,36 @@ class Along:
         record = self.record
         if not (np.abs(self.factor) > 0).all():
             return record.angle
-        reported = (record.angle - self._at_rest(0.0)) / self.factor
+        reported = (record.angle - self._offset) / self.factor
         moved = self._time - self.late  # when the joint did what is reported; what it did outside a trial nobody knows
         known = (moved >= 0) & (moved <= (record.lengths[:, None] - 1) * record.dt)
+        joint = self._later(reported, self.late)
         for _ in range(CORRECTIONS):
-            seen = self._seen(*record.smoothed(self._later(reported, self.late)))
+            seen = self._seen(*record.smoothed(joint))
             left = np.where(known, record.motion[..., 0].numpy() - seen, 0.0)
             if np.abs(left).max() < ROUNDING:
                 break
             reported = reported + left / self.factor
-        joint = reported if self.sensor_time else self._later(reported, self.late)
-        return joint if np.isfinite(joint).all() else record.angle
+            joint = self._later(reported, self.late)
+        if not np.isfinite(joint).all():
+            return record.angle
+        return reported if self.sensor_time else joint
 
     @cached_property
     def factor(self) -> Array:
         """What a sensor reports of an angle of 1 beyond what it reports of 0, (T, N)."""
-        return self._at_rest(1.0) - self._at_rest(0.0)
+        return self._at_rest(1.0) - self._offset
 
     @cached_property
     def late(self) -> Array:
         """How much later than the joint moves a sensor reports it, (T, N) [s]."""
         slow = self._seen(self._time, np.ones_like(self._time))
-        return self._time - (slow - self._at_rest(0.0)) / self.factor
+        return self._time - (slow - self._offset) / self.factor
+
+    @cached_property
+    def _offset(self) -> Array:
+        """What a sensor reports of an angle of 0, (T, N)."""
+        return self._at_rest(0.0)
 
     @property
     def _time(self) -> Array:

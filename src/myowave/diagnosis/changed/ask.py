@@ -232,7 +232,7 @@ def _reports_all_alike(effect: Effect) -> bool:
     time, sizes = torch.arange(400, dtype=torch.float64) / 100, []
     values = {name: torch.tensor(p.typical, dtype=torch.float64) for name, p in effect.parameters.items()}
     acting = Acting(effect, values)
-    for turning in (math.pi, 4 * math.pi):  # rad/s; as often as an elbow moves
+    for turning in (math.pi, 4 * math.pi):  # rad/s: 0.5 and 2 Hz, as elbows move
         q, qdot = torch.sin(turning * time), turning * torch.cos(turning * time)
         sizes.append(float(acting({"q": q, "qdot": qdot, "dt": 0.01}).std()))
     return math.isclose(*sizes, rel_tol=0.01)

@@ -172,19 +172,17 @@ class ByTrial:
         alone = (point.values + columns @ covariance @ left).clip(self.low, self.high)
         step = columns.T @ (alone - point.values)
         nats = point.state.value - self.nothing.state.value + float(step @ left - step @ information @ step / 2)
-        return point, Differing(directions, columns.T @ point.values + step, covariance, nats)
+        return point, Differing(directions, columns.T @ alone, covariance, nats)
 
     def _normal(self, point: Point, columns: Array) -> tuple[Array, Array]:
         """Normal equations of amplitudes: their information, as if only the torque hung on them, and the slope of the
         log likelihood, which all that a value changes is in."""
-        now, moved = point.windowed, np.flatnonzero(columns.any(-1)).tolist()
-        step = NUDGE * np.isin(np.arange(len(columns)), moved)
-        more, sizes = self.windows(point.values + step), point.state.sizes
+        now, sizes, moved = point.windowed, point.state.sizes, columns.any(-1)
+        more = self.windows(point.values + NUDGE * moved)
         slope = (more.left_by(now.strength) - now.left_by(now.strength)) / NUDGE
         along = now.motion.padded(slope)[..., None] * torch.eye(len(columns), dtype=torch.float64)[:, None]
         information = Covariance(self.weighing.residual(now), sizes).inner(along, along).numpy()
         rises = NUDGE / 2 * np.diag(information)
-        rises[moved] += [
-            (self.weighing.evidence(now.but_one(more, t), sizes) - point.state.value) / NUDGE for t in moved
-        ]
+        for t in np.flatnonzero(moved).tolist():
+            rises[t] += (self.weighing.evidence(now.but_one(more, t), sizes) - point.state.value) / NUDGE
         return columns.T @ information @ columns, columns.T @ rises

@@ -149,11 +149,6 @@ class Windowed:
         """The torque that the usual muscles do not give if theirs is multiplied by this [N m], (L,)."""
         return self.torque - strength * self.usual.sum(0)
 
-    @property
-    def size(self) -> Array:
-        """That of its trial at each window [N m], (L,)."""
-        return np.repeat(self.sizes, self.motion.counts)
-
 
 @dataclass(frozen=True)
 class Groups:
