@@ -140,6 +140,30 @@ def test_paths_side_by_side_are_those_of_each_muscle_in_any_batch(mixed):
     torch.testing.assert_close(found[..., 1], triceps.length_and_arm(q)[1], rtol=0, atol=1e-15)
 
 
+def test_tables_side_by_side_are_those_of_each_muscle_on_its_own():
+    """Though each has other angles and another number of cells; straight beyond its own ends."""
+    tables = [PATHS["table"], PATHS["uneven table"], TablePath.through(*arm26("TRIlong")[:2])]
+    scales = torch.tensor([[1.0, 0.9, 1.2], [1.1, 1.0, 0.8]], dtype=DOUBLE)
+    q = torch.linspace(-1.0, 4.0, 2 * 50, dtype=DOUBLE).reshape(50, 2).mT
+    q[0, 0] = math.nan
+    angle = q.expand(3, 2, 50).contiguous().movedim(0, -1)
+    found = TablePath.side_by_side(tables, {"scale": scales[:, None]}).length_and_arm(angle)
+    for i, table in enumerate(tables):
+        alone = replace(table, scale=scales[:, i, None]).length_and_arm(q)
+        for one, of_all in zip(alone, found, strict=True):
+            torch.testing.assert_close(of_all[..., i], one, rtol=0, atol=0, equal_nan=True)
+
+
+def test_an_arm_whose_muscles_all_have_tables_looks_them_up_at_once(elbow):
+    muscles = [replace(m, path=table) for m, table in zip(elbow.muscles, [PATHS["table"]] * 2, strict=True)]
+    q = torch.linspace(0.1, 2.0, 9, dtype=DOUBLE)
+    valued = give_values(replace(elbow, muscles=tuple(muscles)), {"scale_Tri": 1.2}, q)
+    assert isinstance(valued.path, TablePath)
+    found = muscle_quantities(valued, q, torch.zeros_like(q), torch.zeros(9, 2, dtype=DOUBLE))["moment_arm"]
+    arm = PATHS["table"].length_and_arm(q)[1]
+    torch.testing.assert_close(found, torch.stack([arm, 1.2 * arm], -1), rtol=0, atol=1e-15)
+
+
 def test_motion_with_tables_has_the_derivatives_of_the_simulated_motion(mixed, noisy_emg, dt):
     emg = noisy_emg[0.10][:2, :15]
     start = torch.tensor([1.0, 0.9], dtype=DOUBLE), torch.zeros(2, dtype=DOUBLE)

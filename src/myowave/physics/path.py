@@ -11,10 +11,10 @@ import csv
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
 from pathlib import Path as File
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 import torch
@@ -44,9 +44,10 @@ class Path(ABC):
         """Constants of the path by name: parameters of a model that has such a muscle."""
         return {name: getattr(self, name) for name in names_of(MUSCLE_CONSTANTS, self.kind)}
 
-    def with_constants(self, values: Mapping[str, Tensor]) -> "Path":
-        """The same path with other constants."""
-        return replace(self, **values)
+    @classmethod
+    @abstractmethod
+    def side_by_side(cls, paths: Sequence[Self], constants: Mapping[str, Tensor]) -> Self:
+        """The paths of M muscles as one, for angles with the muscles on the last axis, with constants (..., M)."""
 
     @abstractmethod
     def length_and_arm(self, q: Tensor) -> tuple[Tensor, Tensor]:
@@ -69,6 +70,10 @@ class StraightPath(Path):
     side: Tensor | float
     kind: ClassVar[str] = "straight"
 
+    @classmethod
+    def side_by_side(cls, paths: Sequence["StraightPath"], constants: Mapping[str, Tensor]) -> "StraightPath":
+        return cls(**constants, side=constants["l1"].new_tensor([p.side for p in paths]))
+
     @cached_property
     def _squares(self) -> Tensor | float:
         return self.l1**2 + self.l2**2
@@ -90,7 +95,7 @@ class TablePath(Path):
     """
 
     cubics: Cubics  # length [m] over the elbow angle [rad]
-    range: tuple[float, float]  # first and last angle of the table [rad]
+    range: tuple[float, float]  # first and last angle of the table [rad]; that all have, where it is several
     scale: Tensor | float = 1.0  # factor on the length, and so on the moment arm [-]
     kind: ClassVar[str] = "table"
 
@@ -109,25 +114,34 @@ class TablePath(Path):
         knots = np.linspace(angle[0], angle[-1], cells + 1)
         return cls(Cubics.through(knots, spline(knots), spline(knots, 1)), (float(angle[0]), float(angle[-1])))
 
-    def with_constants(self, values: Mapping[str, Tensor]) -> "TablePath":
-        scale = values["scale"]
-        return replace(self, scale=scale, cubics=self.cubics.to(scale.dtype, scale.device))
+    @classmethod
+    def side_by_side(cls, paths: Sequence["TablePath"], constants: Mapping[str, Tensor]) -> "TablePath":
+        cubics, scale = _side_by_side(tuple(p.cubics for p in paths)), constants["scale"]
+        shared = max(p.range[0] for p in paths), min(p.range[1] for p in paths)
+        return cls(cubics.to(scale.dtype, scale.device), shared, scale)
 
     def length_and_arm(self, q: Tensor) -> tuple[Tensor, Tensor]:
         length, slope = self.cubics.value_and_slope(q)
         return self.scale * length, -self.scale * slope
 
 
+_side_by_side = lru_cache(16)(Cubics.side_by_side)  # of the few arms that a process has
+
+
 @dataclass(frozen=True, eq=False)
 class SideBySide:
-    """Paths of different kinds, one per muscle, for angles with the muscles on the last axis."""
+    """Paths of several kinds, for angles with the muscles on the last axis: those of one kind at once."""
 
-    paths: tuple[Path, ...]
+    places: tuple[tuple[int, ...], ...]  # of the muscles of each kind
+    paths: tuple[Path, ...]  # all of that kind as one
 
     def length_and_arm(self, q: Tensor) -> tuple[Tensor, Tensor]:
         """As `Path.length_and_arm`, (..., M) each, one muscle after the other in memory."""
-        both = [path.length_and_arm(angle) for path, angle in zip(self.paths, q.unbind(-1), strict=True)]
-        length, arm = (torch.stack(torch.broadcast_tensors(*part)).movedim(0, -1) for part in zip(*both, strict=True))
+        angle, order = q.movedim(-1, 0), np.argsort(np.concatenate(self.places)).tolist()
+        parts = zip(self.places, self.paths, strict=True)
+        both = [path.length_and_arm(angle[list(places)].movedim(0, -1)) for places, path in parts]
+        each = ([of for part in parts for of in part.unbind(-1)] for parts in zip(*both, strict=True))
+        length, arm = (torch.stack(torch.broadcast_tensors(*(of[i] for i in order))).movedim(0, -1) for of in each)
         return length, arm
 
 

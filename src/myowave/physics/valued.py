@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import torch
 from torch import Tensor
 
-from myowave.physics.constants import CURVE, CURVE_CONSTANTS, GROUP_CONSTANTS, OVER_TIME
+from myowave.physics.constants import CURVE, CURVE_CONSTANTS, GROUP_CONSTANTS, MUSCLE_CONSTANTS, OVER_TIME, names_of
 from myowave.physics.curves import Curves
 from myowave.physics.effect import Acting
 from myowave.physics.joint import forearm
@@ -115,14 +115,17 @@ def _scaled(model: Model, muscle: Mapping[str, Tensor], full: Mapping[str, Tenso
 
 def _paths(model: Model, muscle: Mapping[str, Tensor], full: Mapping[str, Tensor]) -> Path | SideBySide:
     """The paths of all muscles; constants that all of them have may have been changed by an effect."""
-    if all(isinstance(m.path, StraightPath) for m in model.muscles):
-        return StraightPath(muscle["l1"], muscle["l2"], muscle["side"])
+    kinds: dict[type[Path], list[int]] = {} if model.muscles else {StraightPath: []}
+    for i, m in enumerate(model.muscles):
+        kinds.setdefault(type(m.path), []).append(i)
 
-    def value(i: int, name: str) -> Tensor:
-        return muscle[name][..., i] if name in muscle else full[f"{name}_{model.muscles[i].name}"]
+    def constants(kind: type[Path], places: list[int]) -> dict[str, Tensor]:
+        names = names_of(MUSCLE_CONSTANTS, kind.kind)
+        own = {n: [full[f"{n}_{model.muscles[i].name}"] for i in places] for n in names if n not in muscle}
+        return {n: muscle[n] if n in muscle else _stack(own[n], full["mass"]) for n in names}
 
-    paths = (m.path.with_constants({n: value(i, n) for n in m.path.constants}) for i, m in enumerate(model.muscles))
-    return SideBySide(tuple(paths))
+    paths = [kind.side_by_side([model.muscles[i].path for i in of], constants(kind, of)) for kind, of in kinds.items()]
+    return paths[0] if len(paths) == 1 else SideBySide(tuple(map(tuple, kinds.values())), tuple(paths))
 
 
 def _shaped(curves: Curves, shape: Mapping[str, Tensor]) -> Curves:
