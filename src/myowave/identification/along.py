@@ -10,6 +10,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
+from scipy.sparse.linalg import LinearOperator, gmres
 from torch import Tensor
 
 from myowave.data.trials import Array
@@ -20,8 +21,7 @@ from myowave.physics.simulation import Simulation
 
 Index = NDArray[np.int64]
 
-CORRECTIONS = 3  # of what a sensor does beyond an offset, a factor and a delay
-ROUNDING = 1e-9  # rad: what is left is no more than that where it does nothing beyond
+CORRECTIONS = 8  # directions in which what a sensor does beyond an offset, a factor and a delay is corrected for
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,8 +52,11 @@ class Along:
         """Angle of the joint [rad], (T, N), that a sensor reports as the measured one.
 
         To first order a sensor is an offset, a factor and a delay; what it does to an arm at rest and to a steady
-        motion tells these three. They are inverted, and what is left, small if a sensor is not too bent, is corrected
-        for. The measured angle as it is if the sensor has no inverse.
+        motion tells these three. They are inverted, and what is left beyond the noise is corrected for by what leaves
+        least in a Krylov space, as a series of corrections would diverge above the resonance of a mount. The measured
+        angle as it is if the sensor has no inverse.
+
+        Source: Saad & Schultz 1986, SIAM J. Sci. Stat. Comput. 7, 856 (GMRES).
         """
         record = self.record
         if not (np.abs(self.factor) > 0).all():
@@ -61,14 +64,21 @@ class Along:
         reported = (record.angle - self._offset) / self.factor
         moved = self._time - self.late  # when the joint did what is reported; what it did outside a trial nobody knows
         known = (moved >= 0) & (moved <= (record.lengths[:, None] - 1) * record.dt)
+
+        def seen(reported: Array) -> Array:
+            """In units of what is reported, nothing where that is unknown, (T N,)."""
+            found = self._seen(*record.smoothed(self._later(reported.reshape(known.shape), self.late)))
+            return np.where(known, found / self.factor, 0.0).ravel()
+
+        first = seen(reported)
+        left = np.where(known, record.motion[..., 0].numpy() / self.factor, 0.0).ravel() - first
+        # ASSUME: what is left is so small that a sensor adds it up.
+        answer = LinearOperator((left.size, left.size), lambda more: seen(reported.ravel() + more) - first, dtype=float)
+        if np.isfinite(left).all():
+            noise = np.linalg.norm(np.where(known, record.motion_error[0] / self.factor, 0.0))
+            corrected, _ = gmres(answer, left, rtol=0.0, atol=noise, restart=CORRECTIONS, maxiter=1)
+            reported = reported + corrected.reshape(known.shape)
         joint = self._later(reported, self.late)
-        for _ in range(CORRECTIONS):
-            seen = self._seen(*record.smoothed(joint))
-            left = np.where(known, record.motion[..., 0].numpy() - seen, 0.0)
-            if np.abs(left).max() < ROUNDING:
-                break
-            reported = reported + left / self.factor
-            joint = self._later(reported, self.late)
         if not np.isfinite(joint).all():
             return record.angle
         return reported if self.sensor_time else joint

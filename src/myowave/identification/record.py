@@ -180,8 +180,11 @@ class Record:
     def start_error(self) -> NDArray[np.float64]:
         """Standard deviations of angle and velocity where a piece begins, as measured [rad, rad/s]; infinite for whole
         trials, before which nothing was."""
-        if self.pieces is None:
-            return np.full(2, np.inf)
+        return np.full(2, np.inf) if self.pieces is None else self.motion_error
+
+    @property
+    def motion_error(self) -> NDArray[np.float64]:
+        """Standard deviations of the smoothed angle and its velocity within a trial [rad, rad/s]."""
         weights = [savgol_coeffs(self.window, 3, deriv=order, delta=self.dt) for order in (0, 1)]
         return self.noise * np.linalg.norm(weights, axis=1)
 
