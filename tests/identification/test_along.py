@@ -39,9 +39,7 @@ def moved(clean, base):
     ],
     ids=["mount", "soft mount", "lag", "gain"],
 )
-def test_fast_motion_behind_a_sensor_is_found(
-    moved, base, effects, name, response, worst_deg, tremor_hz
-):
+def test_fast_motion_behind_a_sensor_is_found(moved, base, effects, name, response, worst_deg, tremor_hz):
     values = {"elastic_mount.s": 1 - response(1.0), "observation_lag.tau": 0.05, "angle_scale.s": 0.05}
     record, joint = moved(response, tremor_hz)
     model = base.with_effects([effects[name.partition(".")[0]]])
