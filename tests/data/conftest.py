@@ -35,5 +35,6 @@ def trials():
         constants={"mass": 1.1},
         provenance={"source": "a test", "nested": {"seed": 3}},
         real_time={"channels": {"emg_biceps": {"offset": 0.1}}},
+        emg_low_pass_hz=5.0,
         signals={"tilt_rad": [0.1 * random.standard_normal(n) for n in lengths]},
     )

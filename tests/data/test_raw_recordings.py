@@ -57,6 +57,7 @@ def test_a_good_session_becomes_trials(good, tmp_path):
     trials = prepared.trials
     assert trials.names == ("a", "b", "c") and trials.train == ("a", "b")
     assert trials.channels == ("emg_biceps", "emg_triceps") and trials.dt == pytest.approx(0.01)
+    assert trials.emg_low_pass_hz == 4.0
     for i in range(3):
         assert np.abs(np.degrees(trials.angle[i, : trials.lengths[i]]) - curl()[: trials.lengths[i]]).max() < 1e-6
     assert trials.conditions["a"] == {"load": 1.0, "tilt": pytest.approx(np.radians(5.0))}

@@ -72,6 +72,11 @@ def test_good_files_come_in_as_they_are(folder):
     assert trials.conditions == {"trial1": {"load": 1.0}} and trials.constants == {"mass": 1.3}
 
 
+@pytest.mark.parametrize("corner", [None, 6.0])
+def test_the_low_pass_of_another_program_is_known_where_it_is_told(folder, corner):
+    assert load(folder, envelope_low_pass_hz=corner).emg_low_pass_hz == corner
+
+
 def test_the_example_that_ships_comes_in():
     trials = load(ROOT, files=("data/bench_elbow/*.csv",))
     assert trials.emg.shape == (5, 500, 2) and trials.dt == pytest.approx(0.01, rel=1e-9)

@@ -96,7 +96,11 @@ def prepare(dataset: str, settings: Dataset, session: Session) -> Prepared:
         "sha256": dict(session.sha256),
     }
     real_time = {} if fractions else dump(RealTime(processing=processing, channels=known))
-    trials = _to_trials(dataset, settings, recordings, provenance=provenance, real_time=real_time)
+    corners = {processing.low_pass_hz if form == "raw" else settings.envelope_low_pass_hz for form in forms.values()}
+    # ASSUME: noise of EMG from electrodes that were smoothed differently is white.
+    corner = corners.pop() if len(corners) == 1 else None
+    origin = {"provenance": provenance, "real_time": real_time, "emg_low_pass_hz": corner}
+    trials = _to_trials(dataset, settings, recordings, **origin)
     return Prepared(trials, recordings, gains, forms, mvc)
 
 
@@ -151,9 +155,7 @@ def _gains(
     return {c: 1.0 if k.form == "fraction" else float(max(e[c].max() for e in of)) for c, k in known.items()}
 
 
-def _to_trials(
-    dataset: str, settings: Dataset, recordings: Mapping[str, Recording], **origin: Mapping[str, Any]
-) -> Trials:
+def _to_trials(dataset: str, settings: Dataset, recordings: Mapping[str, Recording], **origin: Any) -> Trials:
     each, constants = list(recordings.values()), settings.constants
     over_time = {signal.condition: key for key, signal in settings.signals.items() if signal.condition}
     if settings.motor is not None:

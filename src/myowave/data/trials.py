@@ -45,6 +45,7 @@ class Trials:
     provenance: Mapping[str, Any] = field(default_factory=dict)
     # how raw EMG of these channels becomes EMG (`processing.excitation.RealTime` as plain data); empty where none was
     real_time: Mapping[str, Any] = field(default_factory=dict)
+    emg_low_pass_hz: float | None = None  # corner of the low-pass that made this EMG; None where nobody told
     # further angles over time [rad], {name such as tilt_rad: (T, N)}, padded as the others are; and torques (`TORQUE`,
     # `MOTOR`) [N m]
     signals: Mapping[str, Array] = field(default_factory=dict)
@@ -95,12 +96,6 @@ class Trials:
     def train(self) -> tuple[str, ...]:
         """Names of the trials that are not kept for testing."""
         return tuple(name for name in self.names if name not in self.test)
-
-    @property
-    def emg_low_pass_hz(self) -> float | None:
-        """Corner of the low-pass that made this EMG from raw EMG; None where another program made it."""
-        forms = {channel.get("form") for channel in self.real_time.get("channels", {}).values()}
-        return float(self.real_time["processing"]["low_pass_hz"]) if forms == {"raw"} else None
 
     @property
     def time(self) -> Array:

@@ -65,9 +65,6 @@ def force_and_length(arm: Arm | None = None) -> dict[str, Identify]:
     }
 
 
-_IGNORE = "columns of the files that are not needed; * stands for anything, and any other unused column is refused"
-
-
 class Changed(Section):
     """Two groups of trials to be compared: before and after, with and without."""
 
@@ -147,7 +144,24 @@ class SimulatedDataset(_Dataset):
         return self
 
 
-class MeasuredDataset(_Dataset):
+class _RealDataset(_Dataset):
+    """What all recordings have in common."""
+
+    ignore_columns: tuple[str, ...] = setting(
+        "columns of the files that are not needed; * stands for anything, and any other unused column is refused",
+        default=(),
+    )
+    envelope_low_pass_hz: Real | None = setting(
+        "corner of the low-pass that another program made EMG with which comes as envelope or fraction: no noise is in "
+        "it above. null: not known, its noise counts as white",
+        "Hz",
+        None,
+        gt=0,
+        le=50,
+    )
+
+
+class MeasuredDataset(_RealDataset):
     """Trials from files, one file per trial, named after the file without its ending."""
 
     kind: Literal["measured"] = setting("measured: read from files")
@@ -156,8 +170,6 @@ class MeasuredDataset(_Dataset):
         "angle_deg) and, where it was measured, torque_Nm: of the muscles, without weight and inertia of the limb",
         min_length=1,
     )
-    ignore_columns: tuple[str, ...] = setting(_IGNORE, default=())
-
     # A recording like any other, whose EMG is an envelope on the angle's grid: no step of the processing is left to do.
     processing: ClassVar[Processing] = Processing()
     mvc: ClassVar[tuple[str, ...]] = ()
@@ -165,7 +177,7 @@ class MeasuredDataset(_Dataset):
     motor: ClassVar[RawMotor | None] = None
 
 
-class RecordedDataset(_Dataset):
+class RecordedDataset(_RealDataset):
     """Trials from raw files as a recorder exports them: EMG in volts, angles, each with a clock of its own."""
 
     kind: Literal["recorded"] = setting("recorded: raw EMG and angles, processed here")
@@ -195,7 +207,6 @@ class RecordedDataset(_Dataset):
     )
     layout: TextLayout = setting("how CSV files are written", default=TextLayout)
     processing: Processing = setting("from raw EMG to excitation", default=Processing)
-    ignore_columns: tuple[str, ...] = setting(_IGNORE, default=())
 
     @property
     def files(self) -> tuple[str, ...]:
