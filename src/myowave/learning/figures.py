@@ -11,7 +11,6 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
 from myowave.physics.constants import constant_of
 from myowave.plotting import CYCLE, GREY, MEASURED, MODEL, canvas, shade, title
@@ -67,7 +66,7 @@ def _each_seed(axis: Axes, summary: pd.DataFrame, column: str, middle: pd.Series
     axis.errorbar(middle.index, middle, color=CYCLE[0], **style)
     axis.plot(summary["scales"], summary[column], ".", color=GREY, markersize=5, zorder=3)
     axis.set_xlabel("number of scales")
-    axis.xaxis.set_major_locator(MaxNLocator(integer=True))
+    axis.set_xticks(list(middle.index))
 
 
 def _beaten(best: float, rivals: pd.Series) -> str:
