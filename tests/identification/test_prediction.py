@@ -67,3 +67,8 @@ def test_muscles_that_have_worked_are_tired_where_a_piece_begins(dataset, base, 
         predict(SimpleNamespace(model=model, free=free, values=np.array([k])), record.cut(0.5)).rmse for k in (0.8, 0.0)
     )
     assert true < np.radians(0.1) < rested / 3
+
+
+def test_a_measured_torque_has_no_part_in_where_a_trial_starts(fitted, kept):
+    told = replace(kept, torque=np.full_like(kept.angle, np.nan))
+    np.testing.assert_array_equal(predict(fitted, told).residual, predict(fitted, kept).residual)

@@ -53,7 +53,8 @@ def _beginning(fit: Fit, record: Record) -> tuple[Tensor, Tensor]:
     early = record.valid & (np.arange(record.angle.shape[1]) * record.dt <= BEGINNING_S)
     nothing = np.zeros((1, 0))  # no parameter is free: a step moves the starts only
     known = {**record.known, **bind_values(fit.free, fit.values)}
-    search = LiftedSearch.begin(fit.model, replace(record, known=known), (), nothing)
+    # A measured torque tells parameters alone.
+    search = LiftedSearch.begin(fit.model, replace(record, known=known, torque=None), (), nothing)
     search = replace(search, record=replace(search.record, valid=early))
     for _ in range(LIFTED_STEPS):
         search = search.lifted()
