@@ -46,3 +46,15 @@ def test_fast_motion_behind_a_sensor_is_found(moved, base, effects, name, respon
     _, found, _ = Along(model, record, {name: values[name].real}).motion
     off = np.degrees(found - joint)[:, 50:-50]  # what the joint did outside a trial nobody knows
     assert np.sqrt((off**2).mean()) < worst_deg
+
+
+def test_a_longer_trial_beside_them_changes_no_others(moved, base, effects):
+    """Behind the end of a shorter trial nothing was measured, though a late sensor would have reported it."""
+    record, _ = moved(lambda w: 1 / (1 + 0.05j * w), 2.0)
+    values, model = {"observation_lag.tau": 0.05}, base.with_effects([effects["observation_lag"]])
+    end = record.angle.shape[1] - 5
+    valid = record.valid & ((np.arange(end + 5) < end) | (np.arange(len(record.valid)) == 0)[:, None])
+    held = np.where(valid, record.angle, record.angle[:, end - 1 : end])
+    apart = Along(model, record.take([1]), values).motion[2][0, : end - 50]
+    beside = Along(model, replace(record, angle=held, valid=valid), values).motion[2][1, : end - 50]
+    assert np.abs(beside - apart).max() < 0.05

@@ -114,6 +114,18 @@ def test_pieces_begin_where_they_were_measured(runaway, base, free):
     assert np.isinf(fit.record.whole.start_error).all() and (fit.record.start_error > 0).all()
 
 
+def test_starts_of_pieces_are_as_far_off_as_they_are_said_to_be(clean, make_noisy):
+    """Also those of a trial, before which nothing was measured."""
+    off = []
+    for seed in range(40):
+        pieces = make_noisy(1.0, seed).cut(0.5)
+        exact = replace(make_noisy(0.0), window=pieces.window).cut(0.5)
+        off.append((pieces.motion[:, 0] - exact.motion[:, 0]).numpy() / pieces.start_error)
+    sizes, first = np.sqrt(np.mean(np.square(off), 0)), pieces.pieces.begin == 0
+    for some in (first, ~first):
+        np.testing.assert_allclose(np.sqrt((sizes[some] ** 2).mean(0)), 1.0, rtol=0.15)
+
+
 def test_where_torque_is_no_help_short_motions_tell_all_that_is_free(noisy, base, free):
     """Muscles that pull against each other leave a small torque, and a fit to it is then worth little."""
     fit = over_short_pieces(base, noisy.train, free, np.array([0.9 * p.start for p in free]))

@@ -63,7 +63,7 @@ class Along:
             return record.angle
         reported = (record.angle - self._offset) / self.factor
         moved = self._time - self.late  # when the joint did what is reported; what it did outside a trial nobody knows
-        known = (moved >= 0) & (moved <= (record.lengths[:, None] - 1) * record.dt)
+        known = record.valid & (moved >= 0) & (moved <= (record.lengths[:, None] - 1) * record.dt)
 
         def seen(reported: Array) -> Array:
             """In units of what is reported, nothing where that is unknown, (T N,)."""
@@ -75,7 +75,7 @@ class Along:
         # ASSUME: what is left is so small that a sensor adds it up.
         answer = LinearOperator((left.size, left.size), lambda more: seen(reported.ravel() + more) - first, dtype=float)
         if np.isfinite(left).all():
-            noise = np.linalg.norm(np.where(known, record.motion_error[0] / self.factor, 0.0))
+            noise = np.linalg.norm(np.where(known, record.motion_error(record.window // 2)[0] / self.factor, 0.0))
             corrected, _ = gmres(answer, left, rtol=0.0, atol=noise, restart=CORRECTIONS, maxiter=1)
             reported = reported + corrected.reshape(known.shape)
         joint = self._later(reported, self.late)
@@ -102,7 +102,7 @@ class Along:
     @property
     def _time(self) -> Array:
         """Of the samples, (T, N) [s]."""
-        return np.broadcast_to(np.arange(self.record.angle.shape[1]) * self.record.dt, self.record.angle.shape)
+        return np.tile(np.arange(self.record.angle.shape[1]) * self.record.dt, (len(self.record.angle), 1))
 
     def _at_rest(self, q: float) -> Array:
         """What the sensor reports of an arm that rests at an angle, (T, N)."""

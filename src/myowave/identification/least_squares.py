@@ -63,9 +63,9 @@ class Normal:
     further: Array
     further_slope: Array
     weight: Array  # of what is known of each parameter beforehand, (P,) [rad^2]
-    # how far each number of a start is from where it was measured, (..., T, S), and what that weighs, (S,)
+    # how far each number of a start is from where it was measured, (..., T, S), and what that weighs, (T, S)
     start_left: Array = field(default_factory=lambda: np.zeros((1, 2)))
-    start_weight: Array = field(default_factory=lambda: np.zeros(2))
+    start_weight: Array = field(default_factory=lambda: np.zeros((1, 2)))
 
     @cached_property
     def matrix(self) -> Array:
@@ -140,7 +140,7 @@ class Normal:
         cross = np.einsum("tnp,tne->pe", self.slope, self.without_starts(columns))
         imitation = pseudo_inverse(self.matrix, UNSEEN) @ cross
         beside = columns - self.slope @ imitation
-        starts = -np.sqrt(self.start_weight)[:, None] * onto_starts(self.by_start, beside, self.start_weight)
+        starts = -np.sqrt(self.start_weight)[..., None] * onto_starts(self.by_start, beside, self.start_weight)
         further = np.concatenate([-self.further_slope @ imitation, starts.reshape(-1, columns.shape[-1])])
         return _stacked(self.without_starts(beside), further), imitation
 
@@ -172,11 +172,12 @@ def onto_starts(by_start: Array, columns: Array, weight: Array | float = 0.0, me
 
     Args:
         by_start: d angle / d (angle, velocity) at each trial's start, (..., T, N, S).
-        weight: of what was measured of them, (S,), and the changes that lead there, `measured` (..., T, S, C).
+        weight: of what was measured of them, (T, S), and the changes that lead there, `measured` (..., T, S, C).
     """
-    transposed, known = np.swapaxes(by_start, -1, -2), np.broadcast_to(weight, by_start.shape[-1:])
-    matrix = transposed @ by_start + np.diag(known)
-    return pseudo_inverse(matrix) @ (transposed @ columns + known[:, None] * measured)
+    transposed, numbers = np.swapaxes(by_start, -1, -2), by_start.shape[-1]
+    known = np.broadcast_to(weight, (by_start.shape[-3], numbers))[..., None]
+    matrix = transposed @ by_start + known * np.eye(numbers)
+    return pseudo_inverse(matrix) @ (transposed @ columns + known * measured)
 
 
 def normal_equations(

@@ -178,14 +178,16 @@ class Record:
 
     @property
     def start_error(self) -> NDArray[np.float64]:
-        """Standard deviations of angle and velocity where a piece begins, as measured [rad, rad/s]; infinite for whole
-        trials, before which nothing was."""
-        return np.full(2, np.inf) if self.pieces is None else self.motion_error
+        """Standard deviations of angle and velocity where each piece begins, as measured [rad, rad/s], (T, 2); infinite
+        for whole trials, before which nothing was."""
+        if self.pieces is None:
+            return np.full((len(self.names), 2), np.inf)
+        return np.where(self.pieces.begin[:, None] == 0, self.motion_error(0), self.motion_error(self.window // 2))
 
-    @property
-    def motion_error(self) -> NDArray[np.float64]:
-        """Standard deviations of the smoothed angle and its velocity within a trial [rad, rad/s]."""
-        weights = [savgol_coeffs(self.window, 3, deriv=order, delta=self.dt) for order in (0, 1)]
+    def motion_error(self, place: int) -> NDArray[np.float64]:
+        """Standard deviations of the smoothed angle and its velocity at a place of the window that smooths it, in the
+        middle within a trial and less near its ends [rad, rad/s]."""
+        weights = [savgol_coeffs(self.window, 3, pos=place, use="dot", deriv=order, delta=self.dt) for order in (0, 1)]
         return self.noise * np.linalg.norm(weights, axis=1)
 
     def smoothed(self, angle: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -122,7 +122,7 @@ def start_columns(fit: Fit, view: View) -> tuple[Tensor, Array]:
     """What one standard deviation of each number of a trial's start does to that trial, (T, W + H, 2), and by how many
     of them it is above where it is expected, (T, 2)."""
     deviation, centre = start_prior(fit)
-    columns = view.amplitudes(scaled_slope(fit.sensitive.by_start, deviation, fit.record.valid))
+    columns = view.amplitudes(scaled_slope(fit.sensitive.by_start, deviation[:, None], fit.record.valid))
     return columns, (fit.starts - centre) / deviation
 
 
@@ -132,10 +132,10 @@ def for_each(columns: Tensor) -> Tensor:
 
 
 def start_prior(fit: Fit) -> tuple[Array, Array]:
-    """Standard deviations of angle and velocity at a trial's start, (2,), and where they are expected, (T, 2): a piece
+    """Standard deviations of angle and velocity at a trial's start, and where they are expected, (T, 2) each: a piece
     begins in a motion that was measured before and after it, a trial near where the fit has it."""
     if fit.record.pieces is None:
-        return STARTS, fit.starts
+        return np.broadcast_to(STARTS, fit.starts.shape), fit.starts
     return fit.record.start_error, fit.record.motion[:, 0].numpy()
 
 
