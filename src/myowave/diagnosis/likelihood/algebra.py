@@ -141,7 +141,10 @@ class Covariance:
         # Products with many small matrices are several times faster than triangular solves.
         self.inverse = torch.linalg.solve_triangular(self.root, torch.eye(total.shape[-1]).double(), upper=False)
         self.scaled = self.by_blocks(self.shared)
-        self.inner_root = torch.linalg.cholesky(torch.eye(self.scaled.shape[1]).double() + self.scaled.T @ self.scaled)
+        inner = torch.eye(self.scaled.shape[1]).double() + self.scaled.T @ self.scaled
+        self.inner_root, failed = torch.linalg.cholesky_ex(inner)
+        if failed:
+            raise np.linalg.LinAlgError("what trials share of the covariance of a residual is not positive")
 
     @cached_property
     def taken(self) -> Tensor:

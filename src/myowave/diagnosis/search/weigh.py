@@ -134,7 +134,9 @@ def _search(
             break
         best = settle(found.best, steps=12)
         afresh = weigh_components(best.residual)  # from no causes of a model before
-        best = with_likely_memory(replace(best, states=afresh | best.states))
+        old = best.states
+        likelier = {on: new for on, new in afresh.items() if on not in old or new.value > old[on].value}
+        best = with_likely_memory(replace(best, states={**old, **likelier}))
         top = _of_called_for_emg(best, fit)
         found.add(best, top, *_with_one_less(top))
         if _looked_filtered(found.best, unfiltered):
