@@ -181,12 +181,13 @@ def import_named(
 
 
 def _known_of(name: str, block: Dataset) -> Mapping[str, float]:
-    """What is known of a trial: by its own name, alike of all others of its kind, or by a name such as 2kg_1."""
+    """What is known of a trial: by its own name, alike of all others of its kind, or by a name such as 2kg_1; 2_5kg_1
+    may be 2.5 kg or 5, and is no load."""
     alike = [known for one, known in block.conditions.items() if kind_of(one) == kind_of(name)]
-    load = re.search(r"(\d+(?:\.\d+)?) ?kg", name)
-    of_kind = alike[0] if alike and all(one == alike[0] for one in alike) else {"load": float(load[1])} if load else {}
-    known = block.conditions.get(name, of_kind)
-    if not known and any("load" in one for one in block.conditions.values()):
+    load = re.search(r"((?<![^\W_])\d+[_-])?(\d+(?:[.,]\d+)?) ?kg", name, re.IGNORECASE)
+    by_name = {"load": float(load[2].replace(",", "."))} if load and not load[1] else {}
+    known = block.conditions.get(name, alike[0] if alike and all(one == alike[0] for one in alike) else by_name)
+    if not known and (load or any("load" in one for one in block.conditions.values())):
         raise ValueError(f"what does the hand hold? Call it 2kg_1, or write conditions: {{{name}: {{load: 2}}}}.")
     return known
 

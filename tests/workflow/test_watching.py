@@ -180,6 +180,18 @@ def test_trials_of_a_kind_that_hold_unlike_loads_say_nothing_of_the_next():
         watching._known_of("trial3", block)
 
 
+def test_a_load_in_a_name_has_either_decimal_sign_and_is_asked_for_where_it_may_be_another():
+    block = SimpleNamespace(conditions={})
+    named = {"2,5kg_1": 2.5, "0,5 kg a": 0.5, "1.5KG_1": 1.5, "curl1_2kg": 2.0, "curl12-5Kg_1": 5.0, "slow_2kg": 2.0}
+    for name, load in named.items():
+        assert watching._known_of(name, block) == {"load": load}, name
+    for name in ("2_5kg_1", "2-5kg_1", "curl_12_5 kg", "slow-2_5KG"):
+        with pytest.raises(ValueError, match=f"Call it 2kg_1, or write conditions: {{{name}: {{load: 2}}}}"):
+            watching._known_of(name, block)
+    told = SimpleNamespace(conditions={"2_5kg_1": {"load": 2.5}})
+    assert watching._known_of("2_5kg_1", told) == watching._known_of("2_5kg_2", told) == {"load": 2.5}
+
+
 def test_raw_trials_are_found_by_the_patterns_of_the_settings_and_groups_by_their_names(session):
     block = yaml.safe_load(Path("config.yaml").read_text())["data"]["datasets"]["human_curls"]
     block = yaml.safe_load(yaml.safe_dump(block).replace("data/elbow_curls", "new"))
