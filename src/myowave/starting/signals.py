@@ -21,6 +21,7 @@ from myowave.starting.files import Naming, format_of, ways_to_name
 # By what their names have in them.
 MUSCLES = {"brachiorad": "brachioradialis", **{m: m for m in ("biceps", "triceps", "brachialis", "anconeus")}}
 MUSCLES |= {"bizeps": "biceps", "trizeps": "triceps"}
+LEG = ("femoris", "surae")  # the biceps and triceps that are not the arm's
 _TRIED = 6  # ways to name trials whose files are read
 
 
@@ -52,8 +53,10 @@ class Found:
 
     @property
     def muscle(self) -> str | None:
-        """The muscle that its name speaks of, or that of its file where it is alone there."""
+        """The muscle of the arm that its name speaks of, or that of its file where it is alone there."""
         text = f"{self.signal.name} {self.pattern if self.alone else ''}".lower()
+        if any(part in text for part in LEG):
+            return None
         return next((muscle for part, muscle in MUSCLES.items() if part in text), None)
 
     @property
