@@ -269,6 +269,28 @@ def test_a_name_ends_in_the_unit_where_nothing_else_says_it(good, folder, name, 
     assert np.array_equal(prepare(folder, angle=angle)[0].trials.angle, prepare(good)[0].trials.angle)
 
 
+@pytest.mark.parametrize(
+    ("written", "stated", "says"),
+    [
+        ("Grad", None, None),
+        ("Grad", "deg", None),
+        ("units", "deg", None),
+        ("units", None, "x is in 'units'; expected rad, deg. Name it as unit in data.datasets.me.angle"),
+        ("rad", "deg", "x is in rad, but data.datasets.me.angle says deg. Correct one"),
+        ("mV", "deg", "x is in mV, but data.datasets.me.angle says deg. Correct one"),
+        ("mV", None, "x is in 'mV'; expected rad, deg. Correct the file, or what is named in .*me.angle"),
+    ],
+)
+def test_what_the_settings_say_counts_where_the_file_names_no_unit_that_is_known(good, folder, written, stated, says):
+    for trial, one in prepare(good)[0].recordings.items():
+        noraxon(folder / trial / "elbow.csv", "x", np.degrees(one.raw.angle.values), ANGLE_HZ, written)
+    angle = {**session_section()["angle"], "unit": stated}
+    if says:
+        refuse(folder, says, angle=angle)
+    else:
+        assert np.allclose(prepare(folder, angle=angle)[0].trials.angle, prepare(good)[0].trials.angle, atol=1e-6)
+
+
 def test_a_file_that_was_cut_short_or_leaps_in_time_is_refused(folder):
     path = folder / "a" / "biceps.csv"
     lines = path.read_text("utf-8-sig").splitlines()

@@ -87,6 +87,19 @@ def test_decimals_with_commas_may_be_quoted_and_units_spelt_out(tmp_path):
     assert plain_unit(raw["x"].unit) == "uV"
 
 
+@pytest.mark.parametrize("written", ["Biceps (right)", "EMG (triceps)", "Biceps [right, 2]", "EMG (biceps) [%MVC]"])
+def test_only_a_unit_in_brackets_is_taken_off_the_name(tmp_path, written):
+    signal = read_raw(write(tmp_path / "a.csv", f"time;{written}\n" + rows(";", TIME, VALUES))).signals[0]
+    assert (signal.name, plain_unit(signal.unit)) == (written.removesuffix(" [%MVC]"), "%" if "%" in written else "")
+
+
+@pytest.mark.parametrize("unit", ["Grad", "Deg.", "%MVC", "% MVC", "percent", "°/s", "m/s²", "N", "-", ""])
+def test_usual_units_are_known_in_brackets_and_in_a_row_of_their_own(tmp_path, unit):
+    for head in (f"time [s];x [{unit}]\n", f"time;x\ns;{unit}\n"):
+        raw = read_raw(write(tmp_path / "a.csv", head + rows(";", TIME, VALUES)))
+        assert raw.header == ["x"] and raw["x"].unit == unit
+
+
 def test_whole_numbers_with_commas_between_columns_are_no_decimals(tmp_path):
     raw = read_raw(write(tmp_path / "a.csv", "a,b\n" + "1,2\n" * 10))
     assert np.array_equal(raw["b"].values, np.full(10, 2.0))

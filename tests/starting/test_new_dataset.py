@@ -44,12 +44,14 @@ def everything(seed):
     return {"time": times(), "Biceps [uV]": burst(seed), "Triceps [uV]": burst(seed + 50), "Elbow angle [deg]": angle}
 
 
-def test_emg_in_percent_of_a_maximum_needs_no_gain(workplace, laid_over):
+@pytest.mark.parametrize("percent", ["%", "%MVC"])
+def test_emg_in_percent_of_a_maximum_needs_no_gain(workplace, laid_over, percent):
     for seed, trial in enumerate(("left1", "left2", "right1", "right2")):
         share = {
-            f"EMG {m} [%]": np.abs(burst(seed + k, rate=ANGLE_HZ)) / 2 for k, m in enumerate(("biceps", "triceps"))
+            f"EMG {m} [{percent}]": np.abs(burst(seed + k, rate=ANGLE_HZ)) / 2
+            for k, m in enumerate(("biceps", "triceps"))
         }
-        columns = {"Time [s]": times(rate=ANGLE_HZ), **share, "Elbow [deg]": curl() + seed}
+        columns = {"Time [s]": times(rate=ANGLE_HZ), **share, "Ellenbogen [Grad]": curl() + seed}
         table(workplace / "sides" / f"{trial}.csv", columns)
     made = new("sides")
     dataset = laid_over(made.text).dataset("mine")
@@ -274,6 +276,21 @@ def test_a_unit_that_a_column_s_name_ends_in_is_taken(workplace, laid_over):
     assert made.text.count("# GUESSED: its name ends so") == 2
     prepared, _ = import_trials("mine", dataset)
     assert prepared.recordings["t1"].raw.emg["emg_triceps"].values == pytest.approx(1000 * burst(9), rel=1e-6)
+
+
+def test_a_side_or_a_muscle_in_brackets_is_a_part_of_the_name(workplace, laid_over):
+    for seed, trial in enumerate(("t1", "t2")):
+        emg = {f"EMG ({muscle})": burst(seed + 9 * k) for k, muscle in enumerate(("biceps", "triceps"))}
+        angle = np.interp(times(), times(rate=ANGLE_HZ), curl())
+        table(workplace / f"sides/{trial}.csv", {"time": times(), **emg, "Ellenbogenwinkel (rechts)": angle})
+    dataset = laid_over(new("sides").text).data.datasets["mine"]
+    assert {name: one.column for name, one in dataset.emg.items()} == {
+        "emg_biceps": "EMG (biceps)",
+        "emg_triceps": "EMG (triceps)",
+    }
+    recorded = import_trials("mine", dataset)[0].recordings["t1"].raw
+    assert recorded.emg["emg_triceps"].values == pytest.approx(burst(9), rel=1e-6)
+    assert np.degrees(recorded.angle.values).max() == pytest.approx(curl().max(), abs=1e-3)
 
 
 def test_a_matlab_file_with_a_rate_for_each_kind_of_signal_needs_none_in_the_settings(workplace, laid_over):

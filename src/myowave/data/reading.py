@@ -23,6 +23,7 @@ from myowave.data.processing.units import (
     TO_NEWTON_METRES,
     TO_NUMBER,
     TO_RADIANS,
+    UNITS,
     plain_unit,
     unit_here,
 )
@@ -215,14 +216,16 @@ class Reading:
         written = plain_unit(signal.unit or (signal.angle_unit if signal.angle_unit in units else ""))
         ending = plain_unit(signal.name.rpartition("_")[2])  # of `angle_rad`
         named = ending if ending in units else ""
-        unit = written or said or named or (ARBITRARY if units[0] == ARBITRARY else "")
+        known = written if written in UNITS else ""
+        unit = known or said or written or named or (ARBITRARY if units[0] == ARBITRARY else "")
         problem = signal_problem(raw, signal, settings.rate_hz, self.pace)
         problems = [problem] if problem else []
-        if written and said and written != said:
+        if known and said and known != said:
             problems.append(f"{raw.path}: {signal.name} is in {written}, but {where} says {said}. Correct one of them.")
         elif unit not in units:
             found = f"{signal.name} is {f'in {unit!r}' if unit else 'without a unit'}; expected {', '.join(units)}"
-            problems.append(f"{raw.path}: {found}. Name it as unit in {where}.")
+            do = "Correct the file, or what is named" if known else "Name it as unit"
+            problems.append(f"{raw.path}: {found}. {do} in {where}.")
         self.say(*problems)
         rate = signal.rate or settings.rate_hz or signal.rate_by_time  # a stated rate is exact, times are rounded
         if problems or rate is None:

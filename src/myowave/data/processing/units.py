@@ -11,11 +11,13 @@ TO_EMG = {**TO_MICROVOLTS, ARBITRARY: 1.0, PERCENT: 1.0}
 TO_FRACTION = {ARBITRARY: 1.0, PERCENT: 1e-2}
 TO_NUMBER = {ARBITRARY: 1.0}
 TO_NEWTON_METRES = {"Nm": 1.0, "Ncm": 1e-2, "Nmm": 1e-3}
+_OTHERS = ("s", "ms", "g", "G", "N", "kg", "m", "cm", "mm", "Hz", "m/s", "m/s^2", "deg/s", "rad/s")
+UNITS = {*TO_EMG, *TO_RADIANS, *TO_NEWTON_METRES, *_OTHERS}  # all that are known, whatever a signal is of
 _SPELLINGS = {
     "uV": ("µV", "μV", "uv", "microvolts", "microvolt"),  # micro sign and Greek mu
     "mV": ("mv", "millivolts", "millivolt"),
     "V": ("v", "volts", "volt"),
-    "deg": ("deg", "degrees", "degree", "°"),
+    "deg": ("deg", "deg.", "degrees", "degree", "grad", "°"),
     "rad": ("rad", "radians", "radian"),
     "s": ("s", "sec", "seconds", "second"),
     "ms": ("ms", "msec", "milliseconds", "millisecond"),
@@ -23,6 +25,9 @@ _SPELLINGS = {
     "Ncm": ("N cm",),
     "Nmm": ("N mm",),
     ARBITRARY: ("a.u.", "-"),
+    PERCENT: ("percent", "%mvc", "% mvc"),
+    "deg/s": ("°/s",),
+    "m/s^2": ("m/s²",),
 }
 _PLAIN = {spelling: unit for unit, spellings in _SPELLINGS.items() for spelling in spellings}
 

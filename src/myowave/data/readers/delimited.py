@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
-from myowave.data.processing.units import TO_EMG, TO_NEWTON_METRES, TO_RADIANS, plain_unit
+from myowave.data.processing.units import UNITS, plain_unit
 from myowave.data.readers.signals import RawRecording, Signal
 from myowave.data.readers.text import (
     evenly_sampled,
@@ -21,15 +21,14 @@ from myowave.data.readers.text import (
 from myowave.settings import TextLayout
 
 _HEAD = 60  # rows in which names and the first numbers are looked for
-_UNITS = {*TO_EMG, *TO_RADIANS, *TO_NEWTON_METRES, "s", "ms", "g", "G", ""}
 _SEPARATORS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " "}
 
 
 def read_delimited(path: Path, layout: TextLayout | None = None) -> RawRecording:
     """Read one file, plain or .gz; rows count as an editor counts them.
 
-    What is null in its layout is found in the file. A unit may stand in a row of its own, or in brackets behind a
-    column's name, which is then the name without it.
+    What is null in its layout is found in the file. A unit that is known may stand in brackets behind a column's name,
+    which is then the name without it; any may stand in a row of its own.
     """
     layout = layout or TextLayout()
     lines = read_lines(path)
@@ -95,7 +94,7 @@ def _find_header(path: Path, rows: Sequence[Sequence[str]], stated: int | None) 
 
 
 def _are_units(cells: Sequence[str]) -> bool:
-    return all(plain_unit(cell) in _UNITS for cell in cells)
+    return all(plain_unit(cell) in {"", *UNITS} for cell in cells)
 
 
 def _is_number(cell: str) -> bool:

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from myowave.data.processing.units import plain_unit
+from myowave.data.processing.units import UNITS, plain_unit
 from myowave.data.readers.signals import Signal, adrift, uneven
 from myowave.data.trials import Array
 
@@ -72,9 +72,14 @@ def spread(cells: Sequence[str], columns: int) -> list[str]:
 
 
 def split_unit(name: str) -> tuple[str, str]:
-    """Name and unit of a column: `Biceps [uV]` is `Biceps` in `uV`."""
+    """Name and unit of a column: `Biceps [uV]` is `Biceps` in `uV`; what is no unit stays, as in `Biceps (right)`.
+
+    Behind times anything is one, so that hours are refused, and not taken for seconds.
+    """
     found = _UNIT.match(name.strip())
-    return (found[1], found[2]) if found else (name.strip(), "")
+    if found and (plain_unit(found[2]) in {"", *UNITS} or _TIME.fullmatch(found[1])):
+        return found[1], found[2]
+    return name.strip(), ""
 
 
 def read_cells(path: Path, lines: Sequence[str], separator: str, skip: int, comma: bool | None = None) -> pd.DataFrame:
