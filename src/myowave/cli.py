@@ -254,30 +254,28 @@ def ask_what_changed(
 ) -> None:
     """Say what changed between two groups of trials: before and after, with and without."""
     settings = read_settings(config)
-    groups = settings.dataset(dataset).changed
+    block = settings.dataset(dataset)
+    groups = block.changed
     if reference or against:
         wanted = {"reference": named(reference), "against": named(against)}
         wanted = {side: trials for side, trials in wanted.items() if trials} | {"electrodes_stayed": False}
-        block = {"data": {"datasets": {dataset: {"changed": wanted}}}}
-        groups = parse_settings(lay_over(dump(settings), block)).dataset(dataset).changed
+        asked = {"data": {"datasets": {dataset: {"changed": wanted}}}}
+        groups = parse_settings(lay_over(dump(settings), asked)).dataset(dataset).changed
     if groups is None:
         raise ValueError(
             f"data.datasets.{dataset}.changed: found nothing; expected two groups of trials. Add changed: {{reference: "
             "[trials], against: [trials]}, or give --reference and --against."
         )
-    prepared = Path("results/data", dataset, "trials.parquet")
-    if not prepared.exists():
-        raise ValueError(f"{prepared}: no such file. Make it with: snakemake --cores 1 {prepared}")
-    from myowave.data.store import read_trials
+    from myowave.data.prepared import read_prepared
     from myowave.diagnosis.changed.ask import SIDE_BY_SIDE, what_changed
     from myowave.diagnosis.report.change import changed_facts, tell_change
     from myowave.models import build_model
     from myowave.physics.effects import catalogue
 
-    physics = settings.physics_of(dataset)
+    trials, physics = read_prepared(dataset, block, config), settings.physics_of(dataset)
     say_aside("Each effect is weighed, then a control.")
     found = what_changed(
-        read_trials(prepared),
+        trials,
         build_model("base", physics),
         catalogue(physics.effect_files).values(),
         groups.model_copy(update={"electrodes_stayed": True}) if electrodes_stayed else groups,

@@ -365,6 +365,10 @@ def test_the_command_asks_of_the_groups_it_is_given_with_what_is_known_of_the_da
         found, scatter = asked.pop()
         assert done.exit_code == 2 and found == groups
         assert scatter["shape"].absolute == 0.05 and scatter["vmax"].relative == 0.2
+    config["data"]["datasets"]["elbow"]["conditions"] = {"2": {"load": 1.0}}
+    Path("config.yaml").write_text(yaml.safe_dump(config), encoding="utf-8")
+    done = CliRunner().invoke(app, ["changed", "elbow"])
+    assert done.exit_code == 2 and "prepared with other conditions.2 than" in done.stderr and not asked
     del config["data"]["datasets"]["elbow"]["changed"]
     Path("config.yaml").write_text(yaml.safe_dump(config), encoding="utf-8")
     done = CliRunner().invoke(app, ["changed", "elbow", "--reference", "3"])

@@ -226,16 +226,27 @@ def test_what_is_known_of_other_trials_has_the_value_that_it_had_in_training(pro
     network = replace(checkpoint[0], architecture=replace(checkpoint[0].architecture, given=given))
     conditions, stored = {"1": {"load": 1.0}}, "results/data/small/trials.parquet"
     write_trials(replace(trials, conditions=conditions, constants=constants), stored)
-    config = [ROOT / "config.yaml", Path("mine.yaml")]
-    read = [pd.read_csv(io.StringIO("\n".join(trial_lines("small", name, network, config)))) for name in ("1", "3")]
-    assert set(read[0]["load"]) == {1.0} and set(read[1]["load"]) == {constants.get("load", 0.5)}
-    laid_over = yaml.safe_load(config[1].read_text())
+    config, of_nothing = [ROOT / "config.yaml", Path("mine.yaml")], Path("mine.yaml").read_text()
+    laid_over = yaml.safe_load(of_nothing)
     laid_over["data"]["datasets"]["small"] |= {"conditions": conditions, "constants": constants}
     config[1].write_text(yaml.safe_dump(laid_over))
+    read = [pd.read_csv(io.StringIO("\n".join(trial_lines("small", name, network, config)))) for name in ("1", "3")]
+    assert set(read[0]["load"]) == {1.0} and set(read[1]["load"]) == {constants.get("load", 0.5)}
     later = trial_lines("small", "new", network, config)[0]
     assert ("load" in later) == bool(constants), "else nobody has said what the hand holds in a later trial"
     write_trials(trials, stored)
+    config[1].write_text(of_nothing)
     assert "load" not in trial_lines("small", "3", network, config)[0]
+
+
+def test_a_trial_that_was_prepared_with_another_load_is_not_predicted(project):
+    mine = Path("mine.yaml")
+    laid_over = yaml.safe_load(mine.read_text())
+    laid_over["data"]["datasets"]["small"]["conditions"] = {"1": {"load": 2.0}}
+    mine.write_text(yaml.safe_dump(laid_over))
+    result = run("--dataset", "small", "--trial", "1", *project)
+    assert result.exit_code == 2 and "prepared with other conditions.1 than" in result.stderr, result.output
+    assert f"trials.parquet --configfile {ROOT}/config.yaml mine.yaml" in result.stderr
 
 
 def test_of_a_trial_that_is_not_there_all_that_are_are_told(project):

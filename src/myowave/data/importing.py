@@ -21,7 +21,7 @@ from myowave.data.processing.sampled import Sampled, common_grid, sample_at
 from myowave.data.reading import braking, read_session
 from myowave.data.recording import Prepared, RawTrial, Recording, Session
 from myowave.data.trials import MOTOR, Array, Trials
-from myowave.settings import MeasuredDataset, PathTable, RecordedDataset, dump
+from myowave.settings import MeasuredDataset, PathTable, RecordedDataset, SimulatedDataset, dump
 from myowave.settings.recording import Processing
 
 _NO_EMG = (
@@ -55,6 +55,12 @@ def import_trials(
     beyond, problems = beyond_tables(prepared.trials, tables or {})
     _refuse(dataset, problems)
     return prepared, report(dataset, [*findings, *beyond], prepared.gains)
+
+
+def known_constants(settings: Dataset | SimulatedDataset) -> dict[str, float]:
+    """Constants of the subject that the settings name, and how its motor brakes where there is one."""
+    motor = settings.motor if isinstance(settings, RecordedDataset) else None
+    return ({} if motor is None else {"braking": braking(motor)}) | settings.constants
 
 
 def prepare(dataset: str, settings: Dataset, session: Session) -> Prepared:
@@ -156,11 +162,10 @@ def _gains(
 
 
 def _to_trials(dataset: str, settings: Dataset, recordings: Mapping[str, Recording], **origin: Any) -> Trials:
-    each, constants = list(recordings.values()), settings.constants
+    each = list(recordings.values())
     over_time = {signal.condition: key for key, signal in settings.signals.items() if signal.condition}
     if settings.motor is not None:
         over_time["motor"] = MOTOR
-        constants = {"braking": braking(settings.motor), **constants}
     # ASSUME: a constant that is known over time counts as its median wherever one value stands for a trial.
     medians = {n: {c: float(np.median(one.signals[k])) for c, k in over_time.items()} for n, one in recordings.items()}
     conditions = {name: {**settings.conditions.get(name, {}), **medians[name]} for name in recordings}
@@ -176,7 +181,7 @@ def _to_trials(dataset: str, settings: Dataset, recordings: Mapping[str, Recordi
         over_time=over_time,
         test=settings.test,
         conditions={name: values for name, values in conditions.items() if values},
-        constants=constants,
+        constants=known_constants(settings),
         **origin,
     )
 

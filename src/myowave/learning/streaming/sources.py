@@ -10,8 +10,9 @@ from pathlib import Path
 import pandas as pd
 
 from myowave.data.importing import Dataset, import_trials
+from myowave.data.prepared import prepared_file, read_prepared
 from myowave.data.readers.text import read_lines
-from myowave.data.store import read_table, read_trials
+from myowave.data.store import read_table
 from myowave.data.trials import TIME, Trials
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.inputs import given_inputs
@@ -91,13 +92,12 @@ def trial_lines(dataset: str, trial: str, checkpoint: Checkpoint, config: Sequen
 
 
 def _trials_with(dataset: str, trial: str, config: Sequence[Path]) -> Trials:
-    stored, names = Path("results/data", dataset, "trials.parquet"), tuple[str, ...]()
-    if stored.exists():
-        trials = read_trials(stored)
+    settings, names = read_settings(config).dataset(dataset), tuple[str, ...]()
+    if prepared_file(dataset).exists():
+        trials = read_prepared(dataset, settings, config)
         names = trials.names
         if trial in names:
             return trials
-    settings = read_settings(config).dataset(dataset)
     if not isinstance(settings, Dataset):
         raise ValueError(f"{dataset} is simulated: only the trials in results/data/{dataset} can be predicted.")
     listed, more = (settings.trials if isinstance(settings, RecordedDataset) else settings.test), {}
