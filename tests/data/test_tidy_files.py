@@ -102,6 +102,16 @@ def test_times_may_be_called_and_counted_as_in_other_tables(folder, name, factor
     assert trials.dt == pytest.approx(0.01) and np.allclose(trials.angle, expected.angle)
 
 
+@pytest.mark.parametrize("unit", ["rad", "deg"])
+def test_angles_that_are_180_minus_the_angle_are_turned_by_the_settings(folder, unit):
+    expected, half_turn = load(folder), {"rad": np.pi, "deg": 180.0}[unit]
+    for n in (1, 2, 3):
+        angle = half_turn - recording(n)["angle_rad"] * half_turn / np.pi
+        spoil(folder, lambda f, q=angle: f.drop(columns="angle_rad").assign(**{f"angle_{unit}": q}), f"trial{n}")
+    assert np.allclose(load(folder, angle={"sign": -1, "offset_deg": 180}).angle, expected.angle)
+    assert load(folder).angle.min() > np.pi / 2
+
+
 def test_columns_that_are_named_as_not_needed_do_no_harm(folder):
     spoil(folder, lambda f: f.assign(emg_brachialis="n/a", acc_x=[""] + [1.0] * 99))
     trials = load(folder, ignore_columns=("acc_*", "emg_brachialis"))

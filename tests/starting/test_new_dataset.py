@@ -167,6 +167,22 @@ def test_prepared_files_become_a_measured_dataset_that_can_be_imported(workplace
     assert list(trials.names) == [f"trial{n}" for n in range(1, 6)]
 
 
+@pytest.mark.parametrize("unit", ["rad", "deg"])
+def test_the_range_of_a_prepared_angle_is_told_with_what_turns_it(workplace, laid_over, unit):
+    for seed, trial in enumerate(("t1", "t2")):
+        emg = {f"emg_{m}": np.abs(burst(seed + k, rate=ANGLE_HZ)) / 200 for k, m in enumerate(("biceps", "triceps"))}
+        angle = {f"angle_{unit}": 180 - curl() if unit == "deg" else np.radians(180 - curl())}
+        table(workplace / f"tidy/{trial}.csv", {"time_s": times(rate=ANGLE_HZ), **emg, **angle})
+    made = new("tidy")
+    assert "angle: # GUESSED. FILL IN sign and offset" in made.said
+    assert "sign: 1 # 70 to 170 deg in the first trial" in made.text
+    text = made.text.replace("sign: 1 ", "sign: -1 ").replace("offset_deg: 0.0", "offset_deg: 180")
+    dataset = laid_over(text).data.datasets["mine"]
+    assert dataset.kind == "measured"
+    angle = import_trials("mine", dataset)[0].trials.angle
+    assert np.degrees(angle[0]) == pytest.approx(curl()[: angle.shape[1]], abs=1e-5)
+
+
 @pytest.mark.parametrize(
     ("names", "people"),
     [

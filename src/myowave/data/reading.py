@@ -76,7 +76,7 @@ def _read_tidy(where: str, settings: MeasuredDataset, channels: Sequence[str] | 
             columns = RecordedDataset.model_construct(  # what settings of raw recordings say of one
                 trials=(name,),
                 emg={column: EmgChannel(file=file, column=column, form="fraction") for column in channels or ()},
-                angle=RawAngle(file=file, column=angles[0], unit=ANGLES[angles[0]]),
+                angle=RawAngle(file=file, column=angles[0], unit=ANGLES[angles[0]], **dict(settings.angle)),
                 torque=RawTorque(file=file, column=TORQUE, unit="Nm") if TORQUE in raw.header else None,
             )
             if trial := reading.trial(name, columns):

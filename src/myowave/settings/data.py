@@ -21,6 +21,7 @@ from myowave.settings.recording import (
     RawSignal,
     RawTorque,
     TextLayout,
+    TurnedAngle,
 )
 from myowave.settings.section import FilePath, Name, Once, Real, Section, TrialName, Whole, setting
 
@@ -170,6 +171,7 @@ class MeasuredDataset(_RealDataset):
         "angle_deg) and, where it was measured, torque_Nm: of the muscles, without weight and inertia of the limb",
         min_length=1,
     )
+    angle: TurnedAngle = setting("how the files count the elbow angle", default=TurnedAngle)
     # A recording like any other, whose EMG is an envelope on the angle's grid: no step of the processing is left to do.
     processing: ClassVar[Processing] = Processing()
     mvc: ClassVar[tuple[str, ...]] = ()

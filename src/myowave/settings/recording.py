@@ -41,14 +41,18 @@ class EmgChannel(RawSignal):
     )
 
 
-class Signed(RawSignal):
+class Signed(Section):
     sign: Literal[1, -1] = setting("1, or -1 where the recorder counts the other way round", default=1)
 
 
-class RawAngle(Signed):
-    """An angle as recorded: sign * value + offset."""
+class TurnedAngle(Signed):
+    """An angle as it counts here: sign * value + offset."""
 
     offset_deg: Real = setting("added after the sign, so that 0 hangs straight down", "deg", 0.0, ge=-360, le=360)
+
+
+class RawAngle(TurnedAngle, RawSignal):
+    """An angle as recorded."""
 
 
 class ExtraAngle(RawAngle):
@@ -59,13 +63,13 @@ class ExtraAngle(RawAngle):
     )
 
 
-class RawTorque(Signed):
+class RawTorque(Signed, RawSignal):
     """Torque as a dynamometer recorded it: sign * value, in N m (Ncm or Nmm where `unit` or the file says so)."""
 
     trials: tuple[TrialName, ...] | None = setting("trials in which it was measured; null: all", default=None)
 
 
-class RawMotor(Signed):
+class RawMotor(Signed, RawSignal):
     """Known torque of a motor on the joint: sign * value in N m, or that of a direct-current motor from its duty."""
 
     volts: str | None = setting(

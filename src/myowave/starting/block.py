@@ -23,6 +23,7 @@ from myowave.starting.signals import Found, Recorded
 
 _GRID_HZ = 100.0  # of the trials, where the angle was recorded faster
 _LOW_HZ, _TOP_HZ, _NYQUIST_SHARE = 20, 450.0, 0.45  # of the band of raw EMG that is kept
+_ANGLE = "angle: # GUESSED. FILL IN sign and offset: 0 is the forearm hanging straight, positive in flexion"
 _MOST_RAD = 6.3  # an angle without a unit that never exceeds this is taken to be in rad
 
 
@@ -83,9 +84,12 @@ def _tidy_block(folder: Path, recorded: Recorded, emg: Sequence[str]) -> Block:
     spare = [one.signal.name for one in recorded.signals if one.signal.name not in (*emg, *ANGLES)]
     files = [recorded.naming.patterns[0].replace(TRIAL, trial) for trial in recorded.naming.trials]
     trials = [Path(file).stem for file in files]
+    angle = next(one for one in recorded.signals if one.signal.name in ANGLES)
     lines = [
         "kind: measured # one file per trial; EMG is a fraction of a maximum contraction",
         f"files: {flow([glob.escape(shown(folder / file)) for file in files])}",
+        _ANGLE,
+        *_turn_lines(angle, ANGLES[angle.signal.name]),
         *_role_lines(trials),
         *([f"ignore_columns: {flow(spare)}"] if spare else []),
     ]
@@ -198,9 +202,14 @@ def _angle_lines(folder: Path, angles: Sequence[Found], recorded: Recorded) -> I
     (angle,) = angles
     low, high = angle.span
     unit = angle.unit or ("rad" if max(-low, high) <= _MOST_RAD else "deg")
-    in_degrees = 57.29578 if unit == "rad" else 1.0
-    yield "angle: # GUESSED. FILL IN sign and offset: 0 is the forearm hanging straight, positive in flexion"
+    yield _ANGLE
     yield from (f"  {line}" for line in _key_lines(folder, angle, f"{unit} # GUESSED"))
+    yield from _turn_lines(angle, unit)
+
+
+def _turn_lines(angle: Found, unit: str) -> Iterator[str]:
+    low, high = angle.span
+    in_degrees = 57.29578 if unit == "rad" else 1.0
     yield f"  sign: 1 # {in_degrees * low:.0f} to {in_degrees * high:.0f} deg in the first trial"
     yield "  offset_deg: 0.0 # where 180 is the straight arm: sign: -1, offset_deg: 180"
 
