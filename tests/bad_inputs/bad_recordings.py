@@ -79,7 +79,7 @@ def in_memory(
         **settings,
     )
     prepared = prepare("me", section, Session(raw, dict.fromkeys(emg, form), mvc))
-    found = report("me", list(find_faults(prepared, section.processing.notch_hz, SIDES)), prepared.gains)
+    found = report("me", list(find_faults(prepared, section.processing, SIDES)), prepared.gains)
     return "\n".join(f"{f['trial']} {f['signal']} {f['check']}: {f['found']}. {f['do']}" for f in found["findings"])
 
 
@@ -363,7 +363,7 @@ REFUSED_IN_MEMORY = {
     "an angle in rad called deg": (made(np.radians), "trial a: the angle goes .*If it was written in rad"),
     "an angle in deg called rad": (made(np.degrees), "trial a, .* expected -180 to 180"),
     "an angle in tenths of a degree": (made(lambda q: 10 * q), "trial a, .* expected -180 to 180. Correct its unit"),
-    "a leap by a turn": (made(stepped(360.0), trials="b"), "trial b, .*after its start: the angle is"),
+    "a leap by a turn": (made(stepped(360.0), trials="b"), r"trial b, at \d\.\d\d s: the angle is"),
     "180 for the straight arm, beyond it": (made(lambda q: 190 - q), "straight arm, sign: -1 and offset_deg: 180"),
     "a lean of 573 deg": (made(lambda t: t * 0 + 573, "tilt_rad"), "trial a, .*: tilt_rad is 573 deg .*-180 to 180"),
     "the same trial twice": (

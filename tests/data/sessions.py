@@ -32,19 +32,18 @@ def curl(seconds=12.0, rate=ANGLE_HZ, period=4.0, late=0.1):
     return 60 - 50 * np.cos(2 * np.pi * time / period - 0.8)
 
 
-def write_session(folder, trials=("a", "b", "c"), change=None):
+def write_session(folder, trials=("a", "b", "c"), change=None, emg_start=0.0, angle_start=0.0):
     """A session of good recordings; `change(trial, key, values)` may spoil them."""
     change = change or (lambda trial, key, values: values)
     for seed, trial in enumerate(trials):
         for k, muscle in enumerate(("biceps", "triceps")):
             values = change(trial, muscle, burst(10 * seed + k, scale=50.0 + 5 * seed))
-            noraxon(folder / trial / f"{muscle}.csv", f"Jane Doe {muscle}", values, EMG_HZ, "uV")
+            noraxon(folder / trial / f"{muscle}.csv", f"Jane Doe {muscle}", values, EMG_HZ, "uV", emg_start)
         no_two_alike = 1e-7 * seed * np.sin(np.arange(1200))  # to the last digit
-        noraxon(
-            folder / trial / "elbow.csv", "Elbow RT", change(trial, "angle", curl() + no_two_alike), ANGLE_HZ, "deg"
-        )
+        angle = change(trial, "angle", curl() + no_two_alike)
+        noraxon(folder / trial / "elbow.csv", "Elbow RT", angle, ANGLE_HZ, "deg", angle_start)
         tilt = change(trial, "tilt", np.full(1200, 5.0 + seed))
-        noraxon(folder / trial / "tilt.csv", "Upper arm RT", tilt, ANGLE_HZ, "deg")
+        noraxon(folder / trial / "tilt.csv", "Upper arm RT", tilt, ANGLE_HZ, "deg", angle_start)
 
 
 def session_section(trials=("a", "b", "c"), **changes):

@@ -118,17 +118,78 @@ def with_artefact(trial, end=3000):
     return change
 
 
-@pytest.mark.parametrize(("late", "cut"), [(0.0, [4.0, 12.0]), (1.5, [5.5, 13.5])])
-def test_what_is_cut_off_a_maximum_contraction_does_not_count(folder, late, cut):
+@pytest.mark.parametrize(("start", "late"), [(0.0, 0.0), (0.0, 1.5), (8.0, 0.0), (8.0, 1.5)])
+def test_what_is_cut_off_a_maximum_contraction_does_not_count(folder, start, late):
     changes = {"mvc": ["max"], "processing": {"emg_start_offset_s": late}}
-    gains = []
+    gains, begins = [], start + late
+    cut = [begins + 4.0, begins + 12.0]
     for change in (None, with_artefact("max")):
-        write_session(folder, trials=("max",), change=change)
+        write_session(folder, trials=("max",), change=change, emg_start=start)
         gains.append(prepare(folder, **changes, cut_s={"max": cut})[0].gains)
     assert gains[0] == gains[1] and prepare(folder, **changes)[0].gains["emg_biceps"] > 5 * gains[0]["emg_biceps"]
     for begin, left in ((cut[1] - 0.5005, "0.5"), (50.0, "0")):
-        says = f"me.cut_s: keeps {left} s of emg_biceps in max, which lasts 12 s; expected at least 2 s"
+        recorded = f"{begins:.2f} to {begins + 11.999:.2f} s"
+        says = f"me.cut_s: keeps {left} s of emg_biceps in max, which was recorded from {recorded}; expected at least 2"
         refuse(folder, says, **changes, cut_s={"max": [begin, 60.0]})
+
+
+@pytest.mark.parametrize("start", [-3.0, 0.0, 8.0])
+@pytest.mark.parametrize(("trial", "late"), [("a", 0.0), ("max", 0.0), ("max", 1.5)])
+def test_a_cut_is_in_the_times_that_messages_and_pictures_have(folder, start, trial, late):
+    def spiked(name, key, values):
+        if name == trial and key == "biceps":
+            values[1000] = 5e4
+        return values
+
+    for names in ("abc", ("max",)):
+        write_session(folder, trials=names, change=spiked, emg_start=start, angle_start=start)
+    changes = {"mvc": ["max"] if trial == "max" else [], "processing": {"emg_start_offset_s": late}}
+    prepared, quality = prepare(folder, **changes)
+    (spike,) = (f["found"] for f in quality["findings"] if f["check"] == "spike" and f["trial"] == trial)
+    at = float(re.search(r"at (\S+) s", spike)[1])
+    assert at == pytest.approx(start + late + 1.0)
+    prepared, quality = prepare(folder, **changes, cut_s={trial: [at + 1, at + 9]})
+    assert not [f for f in quality["findings"] if f["check"] == "spike"]
+    if trial in prepared.recordings:
+        assert prepared.recordings[trial].time[[0, -1]] == pytest.approx([at + 1, at + 9], abs=0.01)
+
+
+def test_a_part_that_a_column_keeps_and_one_that_is_cut_are_on_one_clock(folder):
+    write_session(folder, emg_start=8.0, angle_start=8.0)
+    for trial in "abc":
+        on = pd.DataFrame({"t": 8 + np.arange(1200) / ANGLE_HZ, "on": np.repeat([0.0, 1.0], [400, 800])})
+        on.to_csv(folder / trial / "on.csv", index=False)
+    keep = {"file": "{trial}/on.csv", "equals": 1}
+    recordings = prepare(folder, keep=keep, cut_s={"a": [9.0, 15.0]})[0].recordings
+    for trial, end in (("a", 15.0), ("b", 19.99)):
+        assert recordings[trial].time[[0, -1]] == pytest.approx([12.0, end])
+
+
+@pytest.mark.parametrize(("cut", "left"), [([0.0, 5.0], 0), ([30.0, 40.0], 0), ([8.1, 8.4], 31)])
+def test_a_cut_that_keeps_nothing_is_refused_with_the_times_of_the_files(folder, cut, left):
+    write_session(folder, emg_start=8.0, angle_start=8.0)
+    says = (
+        rf"trial a: {left} samples .* between {cut[0]:.2f} and {cut[1]:.2f} s \(cut_s, keep\); expected at least 50. "
+        "EMG was recorded from 8.00 to 20.00 s, the angle from 8.00 to 19.99 s: .*cut_s, which is in times of"
+    )
+    refuse(folder, says, cut_s={"a": cut})
+    assert prepare(folder, cut_s={"a": [9.0, 40.0]})[0].trials.lengths[0] == 1100
+
+
+def test_files_of_a_trial_that_begin_apart_are_told_until_it_is_said_why(folder):
+    def starts(**changes):
+        return {f["trial"]: f for f in prepare(folder, **changes)[1]["findings"] if f["check"] == "starts"}
+
+    assert not starts() and not starts(processing={"emg_start_offset_s": 1.5})  # files alike, clocks apart
+    write_session(folder, angle_start=2.0)
+    told = starts()
+    assert [*told] == ["a", "b", "c"]
+    assert told["a"]["found"] == "EMG begins at 0.00 s, the angle at 2.00 s; only the common 10.00 s are used"
+    assert "processing.emg_start_offset_s" in told["a"]["do"]
+    assert not starts(processing={"emg_start_offset_s": 2.0})
+    assert [*starts(cut_s={"a": [2.0, 12.0], "b": [3.0, 11.0]})] == ["c"]
+    write_session(folder, angle_start=2.0, emg_start=1.97)
+    assert not starts()
 
 
 @pytest.mark.parametrize("kept", [{"cut_s": {"a": [4.0, 12.0]}}, {"keep": {"file": "{trial}/on.csv", "equals": 1}}])

@@ -51,7 +51,7 @@ def import_trials(
     """
     session = read_session(dataset, settings, None if channels is None else list(channels))
     prepared = prepare(dataset, settings, session)
-    findings = list(find_faults(prepared, settings.processing.notch_hz, channels or {}))
+    findings = list(find_faults(prepared, settings.processing, channels or {}))
     beyond, problems = beyond_tables(prepared.trials, tables or {})
     _refuse(dataset, problems)
     return prepared, report(dataset, [*findings, *beyond], prepared.gains)
@@ -67,11 +67,11 @@ def prepare(dataset: str, settings: Dataset, session: Session) -> Prepared:
     """Process the session of a dataset, or raise a ValueError with a line for each problem; see `import_trials`."""
     processing, forms = settings.processing, session.forms
     fractions = {*forms.values()} <= {"fraction"}  # then EMG of a trial is what it is without the other trials
-    late, raw = processing.emg_start_offset_s, dict(session.trials)
-    for name, trial in raw.items():  # all on the angle's clock
-        raw[name] = replace(trial, emg={c: replace(emg, start=emg.start + late) for c, emg in trial.emg.items()})
+    late = processing.emg_start_offset_s
+    raw = {name: replace(trial, emg=_later(trial.emg, late)) for name, trial in session.trials.items()}
+    maxima = {name: _later(emg, late) for name, emg in session.mvc.items()}  # all on the angle's clock
     grids = {name: common_grid(trial.all, trial.angle, processing.rate_hz, trial.cut) for name, trial in raw.items()}
-    recorded = {name: trial.emg for name, trial in raw.items()} | dict(session.mvc)
+    recorded = {name: trial.emg for name, trial in raw.items()} | maxima
     problems = [*session.problems, *_grid_problems(grids, raw), *_emg_problems(recorded, forms, processing)]
     if not fractions or not raw:
         _refuse(dataset, problems)
@@ -85,7 +85,7 @@ def prepare(dataset: str, settings: Dataset, session: Session) -> Prepared:
     }
     mvc = {
         name: {channel: (one, envelope(one, processing, known[channel])) for channel, one in emg.items()}
-        for name, emg in session.mvc.items()
+        for name, emg in maxima.items()
     }
     gains = _gains(known, mvc, [recordings[name] for name in settings.mvc or train if name in recordings])
     _refuse(dataset, [f"{channel}: {_NO_EMG}" for channel, gain in gains.items() if not gain > 0])
@@ -108,6 +108,10 @@ def prepare(dataset: str, settings: Dataset, session: Session) -> Prepared:
     origin = {"provenance": provenance, "real_time": real_time, "emg_low_pass_hz": corner}
     trials = _to_trials(dataset, settings, recordings, **origin)
     return Prepared(trials, recordings, gains, forms, mvc)
+
+
+def _later(emg: Mapping[str, Sampled], seconds: float) -> dict[str, Sampled]:
+    return {channel: replace(one, start=one.start + seconds) for channel, one in emg.items()}
 
 
 def _emg_problems(
@@ -189,10 +193,12 @@ def _to_trials(dataset: str, settings: Dataset, recordings: Mapping[str, Recordi
 def _grid_problems(grids: Mapping[str, Array], raw: Mapping[str, RawTrial]) -> Iterator[str]:
     for name, grid in grids.items():
         if len(grid) < SHORTEST:
-            angle, file = raw[name].angle, raw[name].file
-            emg = next((f"EMG was recorded from {x.start:.4g} to {x.end:.4g} s, " for x in raw[name].emg.values()), "")
+            angle, file, cut = raw[name].angle, raw[name].file, raw[name].cut
+            kept = f" between {cut[0]:.2f} and {cut[1]:.2f} s (cut_s, keep)" if cut else ""
+            emg = next((f"EMG was recorded from {x.start:.2f} to {x.end:.2f} s, " for x in raw[name].emg.values()), "")
             yield (
-                f"{file[0] if file else f'trial {name}'}: {len(grid)} samples at which all signals were recorded; "
-                f"expected at least {SHORTEST}. {emg}the angle from {angle.start:.4g} to {angle.end:.4g} s: record "
-                "longer, correct processing.emg_start_offset_s or cut_s, or leave the trial out."
+                f"{file[0] if file else f'trial {name}'}: {len(grid)} samples at which all signals were recorded"
+                f"{kept}; expected at least {SHORTEST}. {emg}the angle from {angle.start:.2f} to {angle.end:.2f} s: "
+                "record longer, correct processing.emg_start_offset_s or cut_s, which is in times of the angle's file, "
+                "or leave the trial out."
             )

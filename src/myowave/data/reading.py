@@ -147,7 +147,7 @@ class Reading:
             signals[TORQUE] = self._read(name, "torque", settings.torque, TO_NEWTON_METRES)
         cut = settings.cut_s.get(name)
         if settings.keep is not None:
-            low, high = (at - angle.start for at in self._kept(name, settings.keep))
+            low, high = self._kept(name, settings.keep)
             cut = (low, high) if cut is None else (max(low, cut[0]), min(high, cut[1]))
         trial = RawTrial(self.emg(name, settings), angle, signals, cut=cut)
         return None if any(len(signal.values) == 1 for signal in trial.all) else trial
@@ -162,15 +162,16 @@ class Reading:
         emg = self.emg(name, settings)
         if name not in settings.cut_s or any(len(one.values) == 1 for one in emg.values()):
             return emg
-        # ASSUME: an angle, which may not be there, began with the EMG but for the offset of clocks that trials have.
-        low, high = (at - settings.processing.emg_start_offset_s for at in settings.cut_s[name])
-        kept = {channel: one.between(one.start + low, one.start + high) for channel, one in emg.items()}
+        late = settings.processing.emg_start_offset_s  # `cut_s` is on the clock of an angle, though none may be there
+        low, high = (at - late for at in settings.cut_s[name])
+        kept = {channel: one.between(low, high) for channel, one in emg.items()}
         for channel, one in kept.items():
-            whole, left = (len(part.values) / part.rate for part in (emg[channel], one))
+            whole, left = emg[channel], len(one.values) / one.rate
             if left < self.pace.shortest_s:
                 self.say(
-                    f"{self.where}.cut_s: keeps {left:.3g} s of {channel} in {name}, which lasts {whole:.4g} s; "
-                    f"expected at least {self.pace.shortest_s:g} s. Correct it, or leave {name} out of mvc."
+                    f"{self.where}.cut_s: keeps {left:.3g} s of {channel} in {name}, which was recorded from "
+                    f"{whole.start + late:.2f} to {whole.end + late:.2f} s; expected at least "
+                    f"{self.pace.shortest_s:g} s. Correct it, or leave {name} out of mvc."
                 )
                 return emg
         return kept

@@ -18,7 +18,7 @@ class RawTrial:
     angle: Sampled  # elbow angle [rad], with the sign and offset of the settings
     signals: Mapping[str, Sampled] = field(default_factory=dict)  # further angles [rad], and `TORQUE`, `MOTOR` [N m]
     file: tuple[Path, int] | None = None  # that holds all of it, with its first row of samples
-    cut: tuple[float, float] | None = None  # from and to [s] after the start of the angle: what is kept; None for all
+    cut: tuple[float, float] | None = None  # from and to on the angle's clock [s]: what is kept; None for all
 
     @property
     def all(self) -> list[Sampled]:
@@ -73,9 +73,9 @@ class Recording:
         return f"trial {self.name}" if self.raw.file is None else str(self.raw.file[0])
 
     def at(self, sample: int) -> str:
-        """Where a sample stands, as messages begin: `trial2.csv, row 118`, or `trial b, 3.2 s after its start`."""
+        """Where a sample stands, as messages begin: `trial2.csv, row 118`, or `trial b, at 3.20 s`."""
         if self.raw.file is None:
-            return f"{self.origin}, {sample * self.dt:.1f} s after its start"
+            return f"{self.origin}, at {self.time[sample]:.2f} s"
         return f"{self.origin}, row {sample + self.raw.file[1]}"
 
 

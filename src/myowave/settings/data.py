@@ -205,7 +205,11 @@ class RecordedDataset(_RealDataset):
     motor: RawMotor | None = setting("known torque of a motor on the joint; null: none", default=None)
     keep: RawKeep | None = setting("part of all trials to keep, by a column's value; null: all", default=None)
     cut_s: dict[TrialName, tuple[Real, Real]] = setting(
-        "part to keep of a trial, also of one in mvc, {trial: [from, to]} on the angle's clock", "s", dict, each="trial"
+        "part to keep of a trial, also of one in mvc, {trial: [from, to]} on the angle's clock: times as its file and "
+        "all messages and pictures have them",
+        "s",
+        dict,
+        each="trial",
     )
     layout: TextLayout = setting("how CSV files are written", default=TextLayout)
     processing: Processing = setting("from raw EMG to excitation", default=Processing)
@@ -231,7 +235,7 @@ class RecordedDataset(_RealDataset):
         """Whether two recordings or trials hold EMG of one file and time."""
         channels, name = self.emg.values(), self.recordings.get
         files, others = ({c.file.replace(TRIAL, name(n, n)) for c in channels} for n in (one, other))
-        (start, end), (first, last) = (self.cut_s.get(n, (0.0, math.inf)) for n in (one, other))
+        (start, end), (first, last) = (self.cut_s.get(n, (-math.inf, math.inf)) for n in (one, other))
         return not files.isdisjoint(others) and start < last and first < end
 
     @model_validator(mode="after")
@@ -239,7 +243,7 @@ class RecordedDataset(_RealDataset):
         cut = [name for name in self.cut_s if name not in self.mvc]
         others = {"cut_s": cut, "torque.trials": self.torque_trials, "recordings": self.recordings}
         _refuse(role_problems(self.trials, self, **others))
-        if wrong := [name for name, (start, end) in self.cut_s.items() if not 0 <= start < end]:
+        if wrong := [name for name, (start, end) in self.cut_s.items() if not start < end]:
             raise ValueError(f"cut_s of {', '.join(wrong)}: expected [from, to] in seconds, from before to")
         if leaks := [(one, test) for one in self.mvc for test in self.test if self._overlap(one, test)]:
             named = ", ".join(one if one == test else f"{one} with {test} in it" for one, test in leaks)

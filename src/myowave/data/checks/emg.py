@@ -26,7 +26,7 @@ SLOW_HZ, SLOW_SHARE = 20.0, 0.15  # below which EMG has little power, and the sh
 FAST_SHARE = 0.3  # share of the power above `SLOW_HZ` below which a signal is no raw EMG [-]
 CROSSTALK, CROSSTALK_S = 0.5, 0.005  # correlation of raw EMG, at any shift up to this [s], that may be one muscle's
 ABOVE = 1.001  # EMG that is more than what counts as 1 [-]; resampled, the largest may move by a little
-ENDS_S, ENDS_SHARE = 0.05, 0.001  # least difference of durations of EMG and angle [s], and as a share of them
+ENDS_S, ENDS_SHARE = 0.05, 0.001  # least difference of starts or durations of EMG and angle [s]; share of durations
 BRIEF_S = 0.25
 """Time [s] before and after its largest envelope in which an artefact is over, smoothed to 4 Hz, and a maximum
 contraction, which is held for seconds, is not."""
@@ -44,6 +44,7 @@ class Channel:
     notch_hz: float | None  # of mains hum that the processing takes out [Hz]
     largest: float  # of what counts as 1, once the trial is processed [-]
     angle: Sampled  # of the elbow in the same trial
+    late: float  # by which the settings moved the EMG onto the angle's clock [s]
 
 
 def away_from_peak(envelope: Sampled) -> float:
@@ -142,6 +143,15 @@ def _durations(of: Channel) -> str | None:
     return f"EMG lasts {emg_s:.3f} s, the angle {angle_s:.3f} s" if apart else None
 
 
+def _starts(of: Channel) -> str | None:
+    """EMG and angle that begin apart, unless they do so by the settings alone, or not by the settings."""
+    (emg, angle), apart = (of.raw, of.angle), of.raw.start - of.angle.start
+    if min(abs(apart), abs(apart - of.late)) <= ENDS_S:
+        return None
+    common = min(emg.end, angle.end) - max(emg.start, angle.start)
+    return f"EMG begins at {emg.start:.2f} s, the angle at {angle.start:.2f} s; only the common {common:.2f} s are used"
+
+
 def _largest_within(low: float, high: float) -> Callable[[Channel], str | None]:
     return lambda of: f"reaches {of.largest:.2f} of what counts as 1" if low < of.largest <= high else None
 
@@ -157,6 +167,9 @@ CHECKS = (  # of any EMG
     Check("durations", _durations,
           "Where both were started and stopped together, a rate is wrong or a clock drifts: compare rate_hz with the "
           "recorder's. Otherwise say processing.emg_start_offset_s; only the common time is used."),
+    Check("starts", _starts,
+          "Where both were started together, their clocks differ: say processing.emg_start_offset_s, the first time in "
+          "the angle's file less that in the EMG's. Where all times are of one clock, say so by cut_s."),
     Check("EMG above 1", _largest_within(EMG_LIMIT, np.inf), _LESS_EFFORT),
     Check("EMG above 1", _largest_within(ABOVE, EMG_LIMIT), _LESS_EFFORT, "note"),
 )  # fmt: skip

@@ -22,6 +22,7 @@ from myowave.data.checks.finding import Check, Finding
 from myowave.data.checks.motion import ELBOW, EXTRA, STILL_LEAN
 from myowave.data.recording import Prepared
 from myowave.data.trials import Array
+from myowave.settings.recording import Processing
 
 GAINS_UV = (3.0, 1e4)  # largest envelope of surface EMG: amplifiers have 1 to 3 uV of noise, muscles give 5 mV
 GAINS_APART = 300.0  # how far apart the largest envelopes of two channels are from which one is in another unit [-]
@@ -32,13 +33,14 @@ TENTHS_DEG, BENT_DEG = 20.0, 90.0
 """An elbow that no trial takes beyond the first is in another unit; one that none takes below the second [deg]."""
 
 
-def find_faults(prepared: Prepared, notch_hz: float | None, sides: Mapping[str, float]) -> Iterator[Finding]:
+def find_faults(prepared: Prepared, processing: Processing, sides: Mapping[str, float]) -> Iterator[Finding]:
     """All findings of what was prepared, those about the session last.
 
     Args:
-        notch_hz: of mains hum that the processing takes out [Hz].
+        processing: that it was prepared by.
         sides: of the muscles that each channel drives, 1 for flexors, -1 for extensors, 0 for both.
     """
+    notch_hz, late = processing.notch_hz, processing.emg_start_offset_s
     recordings, forms = {name: one.kept for name, one in prepared.recordings.items()}, prepared.forms
     prepared, each = replace(prepared, recordings=recordings), recordings.values()
     typical = {c: float(np.median([one.raw.emg[c].values.std() for one in each])) for c in forms}
@@ -48,7 +50,7 @@ def find_faults(prepared: Prepared, notch_hz: float | None, sides: Mapping[str, 
         for channel, form in forms.items():
             signal, largest = raw.emg[channel], float(one.emg[channel].max())
             scales = typical[channel], peaks[channel], notch_hz, largest
-            what = Channel(signal, one.envelopes[channel], *scales, raw.angle)
+            what = Channel(signal, one.envelopes[channel], *scales, raw.angle, late)
             yield from _of_channel(what, LIVE_CHECKS, form, name, channel)
             for check in CHECKS:
                 yield from check.of(what, name, channel)
@@ -64,7 +66,7 @@ def find_faults(prepared: Prepared, notch_hz: float | None, sides: Mapping[str, 
             yield from STILL_LEAN.of((signal, raw.angle), name, key) if forms else ()
     for name, emg in prepared.mvc.items():
         for channel, (signal, envelope) in emg.items():
-            what = Channel(signal, envelope, typical[channel], away_from_peak(envelope), notch_hz, 1.0, signal)
+            what = Channel(signal, envelope, typical[channel], away_from_peak(envelope), notch_hz, 1.0, signal, late)
             yield from _of_channel(what, MAXIMUM_CHECKS, forms[channel], name, channel)
     for check in SESSION if forms else ():
         yield from check.of(prepared)

@@ -76,16 +76,16 @@ def common_grid(
     """Times [s] of a trial: where all signals were recorded, within the cut.
 
     Args:
-        clock: whose start the cut counts from, and whose samples are taken where `rate` is None.
+        clock: whose samples are taken where `rate` is None.
         rate: samples a second [Hz].
-        cut: from and to [s]; None takes all.
+        cut: from and to, times like those of the signals [s]; None takes all.
 
     Returns:
         (N,), evenly spaced; empty where the signals have no time in common.
     """
     start, end = max(s.start for s in signals), min(s.end for s in signals)
     if cut is not None:
-        start, end = max(start, clock.start + cut[0]), min(end, clock.start + cut[1])
+        start, end = max(start, cut[0]), min(end, cut[1])
     rate = rate or clock.rate
     # A whole number of steps after the clock's first sample, so that at the clock's rate its own samples are taken.
     first = np.ceil((start - clock.start) * rate - 1e-6)
