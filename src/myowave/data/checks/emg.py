@@ -44,7 +44,7 @@ class Channel:
     notch_hz: float | None  # of mains hum that the processing takes out [Hz]
     largest: float  # of what counts as 1, once the trial is processed [-]
     angle: Sampled  # of the elbow in the same trial
-    late: float  # by which the settings moved the EMG onto the angle's clock [s]
+    late: float = 0.0  # by which the settings moved the EMG onto the angle's clock [s]
 
 
 def away_from_peak(envelope: Sampled) -> float:
