@@ -144,7 +144,7 @@ def _durations(of: Channel) -> str | None:
 
 
 def _starts(of: Channel) -> str | None:
-    """EMG and angle that begin apart, unless they do so by the settings alone, or not by the settings."""
+    """EMG and angle that begin apart in their files, and as the settings have them."""
     (emg, angle), apart = (of.raw, of.angle), of.raw.start - of.angle.start
     if min(abs(apart), abs(apart - of.late)) <= ENDS_S:
         return None
@@ -169,7 +169,8 @@ CHECKS = (  # of any EMG
           "recorder's. Otherwise say processing.emg_start_offset_s; only the common time is used."),
     Check("starts", _starts,
           "Where both were started together, their clocks differ: say processing.emg_start_offset_s, the first time in "
-          "the angle's file less that in the EMG's. Where all times are of one clock, say so by cut_s."),
+          "the angle's file less that in the EMG's. Where all times are of one clock, cut the trial to what "
+          "both have with cut_s."),
     Check("EMG above 1", _largest_within(EMG_LIMIT, np.inf), _LESS_EFFORT),
     Check("EMG above 1", _largest_within(ABOVE, EMG_LIMIT), _LESS_EFFORT, "note"),
 )  # fmt: skip

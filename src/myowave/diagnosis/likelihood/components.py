@@ -133,7 +133,7 @@ def for_each(columns: Tensor) -> Tensor:
 
 def start_prior(fit: Fit) -> tuple[Array, Array]:
     """Standard deviations of angle and velocity at a trial's start, and where they are expected, (T, 2) each: a piece
-    begins in a motion that was measured before and after it, a trial near where the fit has it."""
+    begins where it was measured to, a trial near where the fit has it."""
     if fit.record.pieces is None:
         return np.broadcast_to(STARTS, fit.starts.shape), fit.starts
     return fit.record.start_error, fit.record.motion[:, 0].numpy()
