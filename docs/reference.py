@@ -48,7 +48,7 @@ def effects_page() -> str:
 def _effect(effect: Effect) -> str:
     rows = [
         f"| `{name}` | {p.unit} | {p.low:g} to {p.high:g} | {p.typical:g} | "
-        f"{p.meaning}{', one for each muscle' if p.per_muscle else ''} |"
+        f"{p.meaning}{f', one for each {p.each}' if p.each else ''} |"
         for name, p in effect.parameters.items()
     ]
     table = ["| parameter | unit | bounds | typical | meaning |", "|---|---|---|---|---|", *rows]

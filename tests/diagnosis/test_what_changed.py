@@ -103,7 +103,7 @@ def test_a_clock_that_is_late_is_a_drive_that_is_early(groups, effects):
     """And the same samples of the angle are compared, whenever they were reported."""
     late = np.array([0.0, 0.01, -0.02, 0.043])
     clock = groups.windows(effects["clock_shift"], ["clock_shift.d"], late)
-    delay = groups.windows(effects["extra_delay"], ["extra_delay.d_Bi", "extra_delay.d_Tri"], late)
+    delay = groups.windows(effects["extra_delay"], ["extra_delay.d_emg_biceps", "extra_delay.d_emg_triceps"], late)
     np.testing.assert_allclose(clock.torque, groups.plain.torque, atol=0.1)  # of some 8 N m, by interpolation
     np.testing.assert_allclose(clock.usual, delay.usual, atol=0.1)
     assert np.abs(clock.usual - groups.plain.usual).max() > 1

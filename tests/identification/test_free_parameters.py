@@ -9,8 +9,8 @@ from myowave.settings import Identify, Scatter
 
 def test_parameters_of_effects_are_estimated_beside_the_constants_and_known_ones_are_not(base, effects):
     model = base.with_effects([effects["joint_damping"], effects["emg_gain"]])
-    free = free_parameters(model, {"f0_Bi": Identify(), "l0_Bi": Identify()}, {"l0_Bi", "emg_gain.g_Tri"})
-    assert [p.name for p in free] == ["f0_Bi", "joint_damping.c", "emg_gain.g_Bi"]
+    free = free_parameters(model, {"f0_Bi": Identify(), "l0_Bi": Identify()}, {"l0_Bi", "emg_gain.g_emg_triceps"})
+    assert [p.name for p in free] == ["f0_Bi", "joint_damping.c", "emg_gain.g_emg_biceps"]
     assert free[1].start == 0 and free[1].scale == effects["joint_damping"].parameters["c"].typical
 
 

@@ -44,6 +44,20 @@ def test_a_factor_of_a_group_is_that_factor_on_each_of_its_muscles_and_on_no_oth
     assert (one - simulate(Simulation(arm26, {}, emg, 0.01), *START).q).abs().max() > 1e-4
 
 
+def test_what_an_electrode_does_wrong_is_one_number_for_all_muscles_that_share_it(arm26, emg, effects):
+    def moved(model, params, emg):
+        return simulate(Simulation(model, params, emg + 0.1, 0.01), *START).q
+
+    offset = arm26.with_effects([effects["emg_offset"]])
+    names = offset.with_effects([effects["moment_arm_offset"]]).effect_parameters
+    offsets = [f"emg_offset.b_{channel}" for channel in ("emg_triceps", "emg_biceps")]
+    assert list(names) == offsets + [f"moment_arm_offset.d_{m.name}" for m in arm26.muscles]
+    of_biceps = torch.tensor([0.05 * (m.name in FLEXORS) for m in arm26.muscles], dtype=DOUBLE)
+    torch.testing.assert_close(
+        moved(offset, {offsets[1]: 0.05}, emg), moved(arm26, {}, emg - of_biceps), rtol=0, atol=1e-12
+    )
+
+
 def test_factors_of_a_batch_are_those_of_each_copy_and_trial(arm26, emg):
     copies = torch.tensor([[0.8], [1.0], [1.3]], dtype=DOUBLE)
     trials = torch.tensor([0.95, 1.05], dtype=DOUBLE)

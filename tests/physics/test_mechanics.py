@@ -145,7 +145,9 @@ def test_an_emg_gain_is_strength_where_activation_is_proportional_to_emg(elbow, 
     emg = noisy_emg[0.10][:2, :150]
     model = elbow.with_effects([catalogue()["emg_gain"]])
     linear = {"shape_Bi": 0.0, "shape_Tri": 0.0, "slack_Bi": 0.6, "slack_Tri": 0.5}  # no passive force either
-    gain = simulate(Simulation(model, {**linear, "emg_gain.g_Bi": 0.1, "emg_gain.g_Tri": -0.05}, emg, dt), 1.0)
+    gain = simulate(
+        Simulation(model, {**linear, "emg_gain.g_emg_biceps": 0.1, "emg_gain.g_emg_triceps": -0.05}, emg, dt), 1.0
+    )
     strength = simulate(Simulation(model, {**linear, "f0_Bi": 330.0, "f0_Tri": 285.0}, emg, dt), 1.0)
     torch.testing.assert_close(gain.q, strength.q, rtol=0, atol=1e-9)
 

@@ -174,7 +174,7 @@ def test_a_shared_drive_is_the_drive_of_the_changed_parameters(everything):
         torch.testing.assert_close(changed.drive.activation, alone.activation, rtol=0, atol=0)
         torch.testing.assert_close(changed.drive.pieces, alone.pieces, rtol=0, atol=0)
     assert {"f0_Bi", "mass", "joint_damping.c"} <= shared
-    assert not {"delay_Bi", "shape_Tri", "emg_gain.g_Bi", "extra_delay.d_Bi"} & shared
+    assert not {"delay_Bi", "shape_Tri", "emg_gain.g_emg_biceps", "extra_delay.d_emg_biceps"} & shared
 
 
 def test_an_effect_at_zero_has_the_derivatives_that_it_has_in_its_own_model(elbow, noisy_emg, dt):

@@ -35,7 +35,7 @@ import inspect
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import KW_ONLY, dataclass, field
-from typing import Any
+from typing import Any, Literal
 
 import torch
 from torch import Tensor
@@ -74,7 +74,8 @@ class Parameter:
         low, high: physical bounds.
         typical: a strength of practical interest, of either sign; scales steps and studies.
         meaning: one phrase for people.
-        per_muscle: one value for each muscle instead of one for all.
+        each: `muscle` for a value of each muscle, `electrode` for one of all muscles that share it, instead of one for
+            all.
         alone: whether it acts while the effect's other parameters are 0, as the speed of a friction does not.
     """
 
@@ -84,7 +85,7 @@ class Parameter:
     high: float
     typical: float
     meaning: str
-    per_muscle: bool = False
+    each: Literal["muscle", "electrode"] | None = None
     alone: bool = True
 
     def __post_init__(self) -> None:
@@ -161,7 +162,7 @@ class Effect:
         return (
             self.acts_on in MUSCLE_STAGES
             or bool(self.asks & of_muscles)
-            or all(parameter.per_muscle for parameter in self.parameters.values())
+            or all(parameter.each for parameter in self.parameters.values())
         )
 
     @property
@@ -173,7 +174,7 @@ class Effect:
     def on_muscles(self, parameter: str) -> bool:
         """Whether a parameter's values have an axis for muscles: (..., M) or (..., 1), not (...)."""
         on_constants = self.acts_on == "constants" and bool(self.asks & set(MUSCLE_CONSTANTS))
-        return self.acts_on in MUSCLE_STAGES or on_constants or self.parameters[parameter].per_muscle
+        return self.acts_on in MUSCLE_STAGES or on_constants or self.parameters[parameter].each is not None
 
     def _check_signature(self, label: str, function: Callable[..., Any], *, needs_all: bool) -> None:
         where = f"effect {self.name!r}: {label}({', '.join(inspect.signature(function).parameters)})"

@@ -60,7 +60,7 @@ class Model:
 
     @cached_property
     def effect_parameters(self) -> dict[str, Parameter]:
-        """Parameters that the effects bring, by full name: `joint_damping.c`, or `emg_gain.g_Bi`, one per muscle."""
+        """Parameters that the effects bring, by full name: `joint_damping.c`, or some per muscle or electrode."""
         return {name: p for effect in self.effects for name, p in self.parameters_of(effect).items()}
 
     def parameters_of(self, effect: Effect) -> dict[str, Parameter]:
@@ -68,9 +68,12 @@ class Model:
         return {full: effect.parameters[short] for short in effect.parameters for full in self.names(effect, short)}
 
     def names(self, effect: Effect, short: str) -> list[str]:
-        """Full names of one of an effect's parameters: `joint_damping.c`, or one for each muscle."""
-        stem = f"{effect.name}.{short}"
-        return [f"{stem}_{m.name}" for m in self.muscles] if effect.parameters[short].per_muscle else [stem]
+        """Full names of one of an effect's parameters: `joint_damping.c`, or one for each muscle, its own
+        (`moment_arm_offset.d_Bi`) or its electrode's (`emg_gain.g_emg_biceps`)."""
+        stem, each = f"{effect.name}.{short}", effect.parameters[short].each
+        if each is None:
+            return [stem]
+        return [f"{stem}_{m.name if each == 'muscle' else m.channel}" for m in self.muscles]
 
     @cached_property
     def stateful(self) -> tuple[Effect, ...]:

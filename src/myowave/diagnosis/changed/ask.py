@@ -245,21 +245,21 @@ def _candidates(model: Model, effect: Effect) -> list[Change]:
     for short, parameter in effect.parameters.items():
         if not parameter.alone:
             continue
-        names = tuple(model.names(effect, short))
-        if parameter.per_muscle:
+        names = model.names(effect, short)
+        if parameter.each:
             for channel in model.channels:
-                own = tuple(n for n, m in zip(names, model.muscles, strict=True) if m.channel == channel)
+                own = [n for n, m in zip(names, model.muscles, strict=True) if m.channel == channel]
                 found.append(_change(effect, own, channel, parameter))
-        if not parameter.per_muscle or len(model.channels) > 1:
+        if not parameter.each or len(model.channels) > 1:
             found.append(_change(effect, names, "", parameter))
     return found
 
 
-def _change(effect: Effect, names: tuple[str, ...], electrode: str, p: Parameter) -> Change:
+def _change(effect: Effect, names: Sequence[str], electrode: str, p: Parameter) -> Change:
     # ASSUME: an effect that is there or not may be there in the first group alone as well.
     low = p.low if p.low < 0 else -p.high
     high = p.high if p.high > 0 else -p.low
-    return Change(effect.name, effect.title, names, electrode, p.unit, low, high, abs(p.typical))
+    return Change(effect.name, effect.title, tuple(dict.fromkeys(names)), electrode, p.unit, low, high, abs(p.typical))
 
 
 def _ask(

@@ -4,8 +4,9 @@ Shapes: T trials, N samples, K numbers of the state, M muscles, C columns, P par
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import torch
@@ -14,8 +15,7 @@ from torch import Tensor
 from myowave.data.processing.filters import before_low_pass
 from myowave.data.trials import Array
 from myowave.identification.output_error import Fit
-from myowave.physics.effect import Effect
-from myowave.physics.effects.emg_offset import EFFECT as EMG_OFFSET
+from myowave.physics.effect import Effect, Parameter
 from myowave.physics.motion import late_activation, observe, unpack
 from myowave.physics.simulation import Instant
 from myowave.physics.tangent import derivatives_observed, forcing_of
@@ -24,24 +24,32 @@ from myowave.physics.trajectory import recur
 REACH = 1e-4  # step of the differences by parameters
 
 
+def more_of(name: str, acts_on: str, function: Callable[..., Any], unit: str) -> Effect:
+    """One more of something in each muscle, to tell what any change of it does."""
+    parameters = {"c": Parameter(unit, low=-1.0, high=1.0, typical=0.1, meaning=name, each="muscle")}
+    return Effect(name, acts_on, "", function, parameters, "a unit")
+
+
+MORE_EXCITATION = more_of("excitation", "excitation", lambda excitation, *, c: excitation + c, "-")
+
+
 def excitation_forcing(fit: Fit) -> Array:
     """What 1 more in each muscle's excitation adds to the state within a step, (T, N - 1, K, M)."""
-    return -forcing_by(fit, EMG_OFFSET, -REACH)  # an offset takes away
+    return forcing_by(fit, MORE_EXCITATION)
 
 
-def forcing_by(fit: Fit, effect: Effect, reach: float = REACH) -> Array:
+def forcing_by(fit: Fit, effect: Effect) -> Array:
     """What 1 in each parameter of an effect adds to the state within a step of a fit's motion, (T, N - 1, K, P).
 
     Args:
         effect: without a state; the model may have it already. One that the model refuses adds nothing, P = 0.
-        reach: step of the differences.
     """
     if fit.model.refuses(effect):
         return np.zeros((*fit.linear.after.shape, 0))
     probe = replace(effect, name=f"{effect.name}_more")
     model = fit.model.with_effects([probe])
     simulation = fit.record.simulation(model, fit.simulation.params)
-    return forcing_of(simulation, fit.linear, dict.fromkeys(model.parameters_of(probe), 1.0), reach).numpy()
+    return forcing_of(simulation, fit.linear, dict.fromkeys(model.parameters_of(probe), 1.0), REACH).numpy()
 
 
 def moved_by(fit: Fit, pushes: Array, start: Tensor | None = None) -> Array:

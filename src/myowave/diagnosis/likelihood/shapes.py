@@ -4,19 +4,16 @@ Shapes: T trials, N samples, K numbers of the state, M muscles, C columns.
 """
 
 import math
-from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 import torch
 from torch import Tensor
 
 from myowave.data.trials import Array
-from myowave.diagnosis.likelihood.forcing import along_steps, forcing_by
+from myowave.diagnosis.likelihood.forcing import along_steps, forcing_by, more_of
 from myowave.identification.output_error import Fit
 from myowave.physics.curves import Curves
 from myowave.physics.dynamics import muscle_quantities
-from myowave.physics.effect import Effect, Parameter
 
 # ASSUME: an arm's curves differ from the nearest of a published family as these families do among themselves (Thelen
 # 2003, Millard et al. 2013, De Groote et al. 2016): by .05 to .24 in the active length, .01 to .16 in the velocity and
@@ -38,15 +35,9 @@ ARM_WIDTH = 0.35  # of a bump, and the distance between two [rad]
 ARM_AT = np.arange(0.0, 2.6, ARM_WIDTH)  # rad
 
 
-def _more(name: str, acts_on: str, function: Callable[..., Any], unit: str) -> Effect:
-    """One more of something in each muscle, to tell what any change of it does."""
-    parameters = {"c": Parameter(unit, low=-1.0, high=1.0, typical=0.1, meaning=name, per_muscle=True)}
-    return Effect(name, acts_on, "", function, parameters, "a unit")
-
-
-MORE_FORCE = _more("force", "muscle", lambda force, *, c: force + c, "f0")
-MORE_LENGTH = _more("length", "path", lambda length_mt, moment_arm, *, c: (length_mt + c, moment_arm), "m")
-MORE_ARM = _more("moment_arm", "path", lambda length_mt, moment_arm, *, c: (length_mt, moment_arm + c), "m")
+MORE_FORCE = more_of("force", "muscle", lambda force, *, c: force + c, "f0")
+MORE_LENGTH = more_of("length", "path", lambda length_mt, moment_arm, *, c: (length_mt + c, moment_arm), "m")
+MORE_ARM = more_of("moment_arm", "path", lambda length_mt, moment_arm, *, c: (length_mt, moment_arm + c), "m")
 
 
 def curve_bumps(curves: Curves, activation: Tensor, length: Tensor, velocity: Tensor) -> Tensor:

@@ -17,7 +17,7 @@ EFFECT = Effect(
     equation="a(u) with A + dA",
     function=other_shape,
     parameters={
-        "dA": Parameter("-", low=-3.0, high=3.0, typical=-0.5, meaning="change of the shape factor A", per_muscle=True)
+        "dA": Parameter("-", low=-3.0, high=3.0, typical=-0.5, meaning="change of the shape factor A", each="electrode")
     },
     source="Eq. 2 of Taneja et al. 2023; A in (-3, 0) in Lloyd & Besier 2003, J. Biomech. 36",
 )

@@ -22,8 +22,8 @@ EFFECT = Effect(
             low=-0.7,
             high=2.0,
             typical=0.2,
-            meaning="how far a muscle's excitation is above its normalised EMG",
-            per_muscle=True,
+            meaning="how far excitation is above the normalised EMG",
+            each="electrode",
         )
     },
     source="error of the maximum voluntary contraction; with A = 0 the same as the muscle's strength",

@@ -1,4 +1,4 @@
-"""EMG that is not 0 in a muscle at rest: noise of the amplifier, heart, tone that makes no force."""
+"""EMG that is not 0 at rest: noise of the amplifier, heart, tone that makes no force."""
 
 from torch import Tensor
 
@@ -16,8 +16,6 @@ EFFECT = Effect(
     acts_on="excitation",
     equation="u - b",
     function=without_rest,
-    parameters={
-        "b": Parameter("-", low=-0.3, high=0.3, typical=0.05, meaning="EMG of the muscle at rest", per_muscle=True)
-    },
+    parameters={"b": Parameter("-", low=-0.3, high=0.3, typical=0.05, meaning="EMG at rest", each="electrode")},
     source="offset of rectified surface EMG, e.g. De Luca 1997, J. Appl. Biomech. 13",
 )

@@ -18,7 +18,7 @@ EFFECT = Effect(
     equation="u(t) = e(t - delay - d)",
     function=longer_delay,
     parameters={
-        "d": Parameter("s", low=-0.1, high=0.2, typical=0.02, meaning="delay beyond the assumed one", per_muscle=True)
+        "d": Parameter("s", low=-0.1, high=0.2, typical=0.02, meaning="delay beyond the assumed one", each="electrode")
     },
     source="Eq. 1 of Taneja et al. 2023; delays of 30-150 ms in Corcos et al. 1992, J. Electromyogr. Kinesiol. 2",
 )

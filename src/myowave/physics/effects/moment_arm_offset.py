@@ -21,7 +21,7 @@ EFFECT = Effect(
     function=shifted_path,
     parameters={
         "d": Parameter(
-            "m", low=-0.05, high=0.05, typical=0.01, meaning="how much longer a moment arm is", per_muscle=True
+            "m", low=-0.05, high=0.05, typical=0.01, meaning="how much longer a moment arm is", each="muscle"
         )
     },
     source="virtual work, R = -d length / dq; An et al. 1984, J. Biomech. Eng. 106",
