@@ -56,6 +56,17 @@ def test_files_of_one_trial_hold_other_signals_than_each_other(tmp_path):
     assert found.naming.trials == ("a", "b") and found.naming.patterns == ("{trial}_x.csv", "{trial}_y.csv")
 
 
+@pytest.mark.parametrize("columns", [("value",) * 4, ("emg", "emg", "angle", "angle")])
+def test_signals_of_one_trial_may_all_be_called_alike(tmp_path, columns):
+    """In `a/biceps.csv` and `a/elbow.csv` only the files say what is in them: they are no repetitions."""
+    for trial in "ab":
+        (tmp_path / trial).mkdir()
+        for kind, column in zip(("biceps", "triceps", "elbow", "tilt"), columns, strict=True):
+            (tmp_path / trial / f"{kind}.csv").write_text(f"time,{column}\n" + "".join(f"{n},{n}\n" for n in range(60)))
+    found = read_folder(tmp_path, recordings_in(tmp_path))
+    assert found.naming.trials == ("a", "b") and len(found.signals) == 4
+
+
 def test_a_folder_without_recordings_is_told_what_was_expected(tmp_path):
     (tmp_path / "notes.docx").touch()
     with pytest.raises(ValueError, match=r"no recording in it; found 1 files .docx, expected files that end in .csv"):

@@ -198,6 +198,36 @@ def test_files_of_two_people_are_asked_about(workplace, names, people):
     assert f"if {people} are people" in said if people else "are people" not in said
 
 
+def prepared(seed):
+    """Columns of a trial that is ready, EMG as a fraction of a maximum contraction."""
+    emg = {f"emg_{m}": np.abs(burst(seed + k, rate=ANGLE_HZ)) / 200 for k, m in enumerate(("biceps", "triceps"))}
+    return {"time_s": times(rate=ANGLE_HZ), **emg, "angle_deg": curl() + 1e-4 * seed}
+
+
+@pytest.mark.parametrize("kind", ["one file", "two files", "prepared"])
+def test_repetitions_in_a_folder_per_load_are_trials(workplace, laid_over, kind):
+    names = [f"{load}/rep{n}" for load, count in (("1kg", 3), ("2kg", 2)) for n in range(1, count + 1)]
+    for seed, name in enumerate((*names, "mvc/rep1")):
+        columns = prepared(10 * seed) if kind == "prepared" else everything(seed)
+        if kind == "two files":
+            table(workplace / f"loads/{name}_angle.csv", {key: columns[key] for key in ("time", "Elbow angle [deg]")})
+            del columns["Elbow angle [deg]"]
+        table(workplace / f"loads/{name}{'_emg' if kind == 'two files' else ''}.csv", columns)
+    dataset = laid_over(new("loads").text).data.datasets["mine"]
+    assert dataset.trials == tuple(name.replace("/", "_") for name in names) and dataset.mvc == ("mvc_rep1",)
+    assert set(dataset.emg) == {"emg_biceps", "emg_triceps"} and dataset.test == ("1kg_rep3", "2kg_rep2")
+    forms = import_trials("mine", dataset)[0].forms
+    assert set(forms.values()) == {"fraction" if kind == "prepared" else "raw"}
+
+
+def test_prepared_files_that_are_called_alike_are_trials_by_their_folders(workplace, laid_over):
+    for seed, trial in enumerate("abc"):
+        table(workplace / f"alike/{trial}/all.csv", prepared(seed))
+    prepared_again, _ = import_trials("mine", laid_over(new("alike").text).data.datasets["mine"])
+    assert prepared_again.trials.names == ("a", "b", "c")
+    np.testing.assert_allclose(prepared_again.trials.emg[1, :, 0], prepared(1)["emg_biceps"], atol=1e-7)
+
+
 @pytest.mark.parametrize("unit", ["", " [uV]"])
 def test_files_that_look_prepared_but_hold_raw_emg_are_recordings(workplace, laid_over, unit):
     for seed, trial in enumerate(("t1", "t2")):

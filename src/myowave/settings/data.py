@@ -20,6 +20,7 @@ from myowave.settings.recording import (
     RawMotor,
     RawSignal,
     RawTorque,
+    RecordingName,
     TextLayout,
     TurnedAngle,
 )
@@ -189,8 +190,11 @@ class RecordedDataset(_RealDataset):
         "where none are named, in the training trials",
         default=(),
     )
-    recordings: dict[TrialName, TrialName] = setting(
-        "recording that a trial is a part of, {trial: what stands for {trial} in files}", default=dict, each="trial"
+    recordings: dict[TrialName, RecordingName] = setting(
+        "recording that a trial, or one in mvc, is or is a part of, where called otherwise, {trial: what stands for "
+        "{trial} in files}",
+        default=dict,
+        each="trial",
     )
     emg: dict[ChannelName, EmgChannel] = setting("EMG channels; none where no muscles are", "", dict, each="channel")
     angle: RawAngle = setting("elbow angle; 0 hangs straight down, positive in flexion")
@@ -240,8 +244,8 @@ class RecordedDataset(_RealDataset):
 
     @model_validator(mode="after")
     def _roles_fit(self) -> "RecordedDataset":
-        cut = [name for name in self.cut_s if name not in self.mvc]
-        others = {"cut_s": cut, "torque.trials": self.torque_trials, "recordings": self.recordings}
+        cut, parts = ([name for name in names if name not in self.mvc] for names in (self.cut_s, self.recordings))
+        others = {"cut_s": cut, "torque.trials": self.torque_trials, "recordings": parts}
         _refuse(role_problems(self.trials, self, **others))
         if wrong := [name for name, (start, end) in self.cut_s.items() if not start < end]:
             raise ValueError(f"cut_s of {', '.join(wrong)}: expected [from, to] in seconds, from before to")

@@ -6,9 +6,9 @@ import re
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
-from myowave.settings.section import Real, Section, TrialName, Whole, matching, setting
+from myowave.settings.section import NOT_PLAIN, PLAIN, Real, Section, TrialName, Whole, matching, setting
 
 Format = Literal["csv", "parquet", "noraxon", "delsys", "vicon", "opensim", "matlab", "c3d", "edf"]
 TRIAL = "{trial}"
@@ -16,6 +16,9 @@ _ONE_PLACEHOLDER = matching(
     r"(?s)([^{}]|\{trial\})*", f"the only placeholder is {TRIAL}, which stands for the name of a trial"
 )
 ChannelName = Annotated[str, matching(r"emg_\w+", "EMG channels are called emg_<muscle>, such as emg_biceps")]
+RecordingName = Annotated[
+    str, Field(coerce_numbers_to_str=True), matching(rf"{PLAIN}(/{PLAIN})*", NOT_PLAIN.replace(" /", ""))
+]
 ExtraName = Annotated[str, matching(r"[a-z]\w*_rad", "further angles have names that end in _rad, such as tilt_rad")]
 
 

@@ -39,15 +39,18 @@ class Block(NamedTuple):
 
 
 def dataset_block(folder: Path, recorded: Recorded) -> Block:
-    """The block of a measured dataset where each trial is one file with times, emg_MUSCLE that is not raw and an angle,
-    ready to be taken as it is; else that of a recorded one."""
+    """The block of a measured dataset where each trial is one file of its own name with times, emg_MUSCLE that is not
+    raw and an angle, ready to be taken as it is; else that of a recorded one."""
     names, patterns = [one.signal.name for one in recorded.signals], recorded.naming.patterns
     emg = [one for one in recorded.signals if one.signal.name.startswith(EMG_PREFIX)]
     raw = any(one.unit in TO_MICROVOLTS or one.span[0] < -UNDERSHOOT * one.span[1] for one in emg)
     timed = recorded.signals[0].signal.time is not None
-    if len(patterns) == 1 and patterns[0].endswith(TIDY_ENDINGS) and emg and not raw and timed and {*names} & {*ANGLES}:
-        return _tidy_block(folder, recorded, [one.signal.name for one in emg])
-    return _raw_block(folder, recorded)
+    single = len(patterns) == 1 and patterns[0].endswith(TIDY_ENDINGS)
+    tidy = bool(single and emg and not raw and timed and {*names} & {*ANGLES})
+    files = [patterns[0].replace(TRIAL, trial) for trial in recorded.naming.trials]
+    if tidy and len({Path(file).stem for file in files}) == len(files):
+        return _tidy_block(folder, recorded, files, [one.signal.name for one in emg])
+    return _raw_block(folder, recorded, tidy)
 
 
 def shown(path: Path) -> str:
@@ -80,9 +83,8 @@ def held_out(trials: Sequence[str]) -> list[str]:
     return [names[-1] for names in conditions.values() if len(names) > 1] or [trials[-1]]
 
 
-def _tidy_block(folder: Path, recorded: Recorded, emg: Sequence[str]) -> Block:
+def _tidy_block(folder: Path, recorded: Recorded, files: Sequence[str], emg: Sequence[str]) -> Block:
     spare = [one.signal.name for one in recorded.signals if one.signal.name not in (*emg, *ANGLES)]
-    files = [recorded.naming.patterns[0].replace(TRIAL, trial) for trial in recorded.naming.trials]
     trials = [Path(file).stem for file in files]
     angle = next(one for one in recorded.signals if one.signal.name in ANGLES)
     lines = [
@@ -96,7 +98,7 @@ def _tidy_block(folder: Path, recorded: Recorded, emg: Sequence[str]) -> Block:
     return Block("measured", trials, emg, lines, of_maximum=True)
 
 
-def _raw_block(folder: Path, recorded: Recorded) -> Block:
+def _raw_block(folder: Path, recorded: Recorded, of_maximum: bool) -> Block:
     recorded, layout = _in_seconds(recorded)
     emg, angles, naming = _named(recorded.emg), recorded.angles, recorded.naming
     mvc = [
@@ -106,21 +108,28 @@ def _raw_block(folder: Path, recorded: Recorded) -> Block:
     ]
     used = [*emg.values(), *(angles if len(angles) == 1 else [])]
     unused = [one for one in recorded.signals if one not in used]
+    trials, mvc, in_folders = _plain(naming.trials), _plain(mvc), [n for n in (*naming.trials, *mvc) if "/" in n]
     lines = [
         "kind: recorded # raw EMG and angles, processed here",
-        f"trials: {flow(list(naming.trials))} # GUESSED from the names",
+        f"trials: {flow(trials)} # GUESSED from the names",
         *([f"mvc: {flow(mvc)} # GUESSED: maximum contractions"] if mvc else []),
+        *([f"recordings: {flow(dict(zip(_plain(in_folders), in_folders, strict=True)))}"] if in_folders else []),
         *layout,
-        *_emg_lines(folder, emg, recorded),
+        *_emg_lines(folder, emg, recorded, of_maximum),
         *_angle_lines(folder, angles, recorded),
         *_processing_lines(emg.values(), angles),
-        *_role_lines(naming.trials),
+        *_role_lines(trials),
     ]
     if not all(one.alone for one in unused):
         lines.append('ignore_columns: ["*"] # columns that are named nowhere above')
     lines += _choices(folder, unused[:20], "# not used:")
-    of_maximum = bool(mvc) or any(one.unit == PERCENT for one in emg.values())
-    return Block("recorded", naming.trials, list(emg), lines, of_maximum)
+    of_maximum = of_maximum or bool(mvc) or any(one.unit == PERCENT for one in emg.values())
+    return Block("recorded", trials, list(emg), lines, of_maximum)
+
+
+def _plain(names: Sequence[str]) -> list[str]:
+    """Names of trials, which name no folder: that of `2kg/rep1` is `2kg_rep1`."""
+    return [name.replace("/", "_") for name in names]
 
 
 def _in_seconds(recorded: Recorded) -> tuple[Recorded, list[str]]:
@@ -175,7 +184,7 @@ def _key_lines(folder: Path, found: Found, unit: str) -> Iterator[str]:
         yield "rate_hz: null # FILL IN samples a second, or under layout the time_column: the file tells neither"
 
 
-def _emg_lines(folder: Path, emg: Mapping[str, Found], recorded: Recorded) -> Iterator[str]:
+def _emg_lines(folder: Path, emg: Mapping[str, Found], recorded: Recorded, of_maximum: bool) -> Iterator[str]:
     if not emg:
         yield "emg: # FILL IN, such as emg_biceps: {...} with one of"
         yield from _choices(folder, recorded.signals)
@@ -187,9 +196,9 @@ def _emg_lines(folder: Path, emg: Mapping[str, Found], recorded: Recorded) -> It
         yield f"  {name}: # {'; '.join(filter(None, (found.facts, note)))}"
         by_name = found.unit in TO_MICROVOLTS
         unit = f"{found.unit} # GUESSED: its name ends so" if by_name else "au # FILL IN uV, mV or V"
-        yield from (f"    {line}" for line in _key_lines(folder, found, unit))
-        if found.unit == PERCENT:
-            yield "    form: fraction # GUESSED: % of a maximum contraction"
+        yield from (f"    {line}" for line in _key_lines(folder, found, "au" if of_maximum else unit))
+        if found.unit == PERCENT or of_maximum:
+            yield f"    form: fraction # GUESSED: {found.unit or 'share'} of a maximum contraction"
         elif found.span[0] >= 0:
             yield "    form: envelope # GUESSED: it is never below 0"
 

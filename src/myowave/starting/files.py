@@ -62,17 +62,20 @@ def format_of(path: Path) -> str:
     return next((program for program, wrote in _WRITTEN_BY.items() if any(map(wrote, lines))), form)
 
 
-def ways_to_name(files: Sequence[PurePosixPath]) -> list[Naming]:
+def ways_to_name(files: Sequence[PurePosixPath], in_folders: bool = False) -> list[Naming]:
     """Ways to split names into a trial and the rest, such as `{trial}/biceps.csv` or `{trial}_emg.csv`, the best first.
 
     A trial's name is that of a folder, or some words in a row of the file's. Best is what leaves out the fewest files,
-    goes by folders, and needs the fewest files per trial; among equals the longest name.
+    goes by folders, and needs the fewest files per trial; among equals the longest name. Names of repetitions
+    `in_folders` are those of folders and the first words of the file's: `2kg/rep1`.
     """
     deepest = max(len(path.parts) for path in files)
     most = max(len(_words(path)) for path in files)
     ends = (None, *range(1, most), *range(1 - most, 0))
     splits = [(True, {path: _by_folder(path, depth) for path in files}) for depth in range(1, deepest)]
     splits += [(False, {path: _by_words(path, a, b) for path in files}) for a in range(most) for b in ends]
+    if in_folders:
+        splits = [(True, {p: _by_words(p, 0, b, depth) for p in files}) for depth in range(1, deepest) for b in ends]
     namings = [(by_folder, naming) for by_folder, split in splits if (naming := _naming(split))]
 
     def badness(one: tuple[bool, Naming]) -> tuple[int, bool, int, int]:
@@ -89,13 +92,16 @@ def _by_folder(path: PurePosixPath, depth: int) -> tuple[str, str]:
     return trial, "/".join([*above, TRIAL, *(re.sub(alone, TRIAL, part) for part in path.parts[-depth:])])
 
 
-def _by_words(path: PurePosixPath, start: int, end: int | None) -> tuple[str, str]:
-    """Trial and pattern where trials are words `start` to `end` of a file's name."""
+def _by_words(path: PurePosixPath, start: int, end: int | None, depth: int = 0) -> tuple[str, str]:
+    """Trial and pattern where trials are words `start` to `end` of a file's name, behind the names of the `depth`
+    folders that it is in."""
     words = _words(path)
     before, part = "".join(words[:start]), "".join(words[start:end])
     trial = part.lstrip(_SEPARATORS)
     head = before + part.removesuffix(trial)
-    return trial, str(path.with_name(head + TRIAL + path.name[len(head) + len(trial) :]))
+    above = path.parts[: -depth - 1]
+    pattern = "/".join([*above, head + TRIAL + path.name[len(head) + len(trial) :]])
+    return trial and "/".join([*path.parts[len(above) : -1], trial]), pattern
 
 
 def _words(path: PurePosixPath) -> list[str]:

@@ -107,8 +107,9 @@ def read_folder(folder: Path, files: Sequence[PurePosixPath]) -> Recorded:
     """The trials of a folder and the signals of the first one.
 
     Names make trials in several ways; right is the first by which files hold the same signals in all trials, as
-    `curl1_emg.csv` and `curl1_angle.csv` look like two trials until they are read; or else in most trials. A ValueError
-    if no way makes two trials.
+    `curl1_emg.csv` and `curl1_angle.csv` look like two trials until they are read; or else in most trials. Where that
+    way gives a trial all its signals twice, these are repetitions in a folder. A ValueError if no way makes two
+    trials.
     """
     skipped: list[str] = []
 
@@ -124,12 +125,21 @@ def read_folder(folder: Path, files: Sequence[PurePosixPath]) -> Recorded:
     def reads(naming: Naming, trial: str) -> list[tuple[str, tuple[str, RawRecording] | None]]:
         return [(pattern, read(pattern.replace(TRIAL, trial))) for pattern in naming.patterns]
 
-    def contents(naming: Naming, trial: str) -> tuple[object, ...]:
+    def contents(naming: Naming, trial: str) -> tuple[tuple[object, ...] | None, ...]:
         """What files of a trial hold: formats, names and kinds of signals, in whatever order and unit of a kind."""
         return tuple(
             r and (r[0], *sorted((s.name, unit_here(plain_unit(s.unit))) for s in r[1].signals))
             for _, r in reads(naming, trial)
         )
+
+    def alike(naming: Naming) -> bool:
+        """Whether the first two trials and the last hold the same."""
+        return len({contents(naming, trial) for trial in (*naming.trials[:2], naming.trials[-1])}) == 1
+
+    def repeats(naming: Naming) -> bool:
+        """Whether a trial has all its signals twice or more, and these are not all called alike, as by a `value`."""
+        held = Counter(contents(naming, naming.trials[0]))
+        return min(held.values()) > 1 and sum(len(one) - 1 for one in held if one) > 1
 
     def recorded(naming: Naming) -> Recorded:
         first = [(pattern, *r) for pattern, r in reads(naming, naming.trials[0]) if r]
@@ -137,9 +147,11 @@ def read_folder(folder: Path, files: Sequence[PurePosixPath]) -> Recorded:
         return Recorded(naming, tuple(found), tuple(skipped))
 
     namings = ways_to_name(files)[:_TRIED]
-    for naming in namings:
-        if len({contents(naming, trial) for trial in (*naming.trials[:2], naming.trials[-1])}) == 1:
-            return recorded(naming)
+    first = next(filter(alike, namings), None)
+    if first and repeats(first):
+        first = next(filter(alike, ways_to_name(files, in_folders=True)), first)
+    if first:
+        return recorded(first)
     for naming in namings:
         usual, count = Counter(contents(naming, trial) for trial in naming.trials).most_common(1)[0]
         if count >= 2 and 2 * count > len(naming.trials):
