@@ -4,6 +4,7 @@ import pytest
 
 from myowave.physics.anthropometry import forearm_with_hand
 from myowave.settings import parse_settings
+from myowave.settings.data import real_dataset
 from myowave.settings.subjects import add_subjects
 
 TABLE = """subject,files,test,mass,length,trial4.load
@@ -50,6 +51,16 @@ def test_a_subject_may_name_its_arm(config):
     datasets = add_subjects(config(table))["data"]["datasets"]
     assert datasets["ann"]["arm"] == "arm26" and "arm" not in datasets["bob"]
     assert datasets["ann"]["constants"] == {}
+
+
+def test_a_subject_s_angle_may_be_turned(config):
+    table = "subject,files,test,angle.sign,angle.offset_deg\nann,a.csv,t3,-1,180\nbob,b.csv,t3,,\ncid,c.csv,t3,2,\n"
+    datasets = add_subjects(config(table))["data"]["datasets"]
+    turned, plain = (real_dataset(datasets[name]).angle for name in ("ann", "bob"))
+    assert (turned.sign, turned.offset_deg, plain.sign, plain.offset_deg) == (-1, 180.0, 1, 0.0)
+    assert not datasets["ann"]["conditions"]
+    with pytest.raises(ValueError, match=r"angle.sign"):
+        real_dataset(datasets["cid"])
 
 
 def test_body_measures_stand_for_the_forearms_constants_unless_these_are_there(config):

@@ -3,7 +3,7 @@
 Columns: `subject`, its name; `files`, a pattern such as data/s01/*.csv; `test`, names of the test trials, separated by
 spaces; `arm`, which may be left out or empty, one of physics.arms; every further column is a known constant of the
 subject in SI units, such as `mass` or `l1_Bi`, or, named `{trial}.{constant}`, one that differs between trials, such as
-`trial4.load`. An empty cell is not known.
+`trial4.load`. An empty cell is not known. `angle.sign` and `angle.offset_deg` are those of a dataset's `angle`.
 
 Where the arm's forearm is a rigid body (`arm26`), `body_mass` [kg], `height` [m] and `sex` (f or m) together stand for
 its `mass`, `com`, `inertia` and `grip`, by published tables; a column of these names counts more.
@@ -75,15 +75,16 @@ def read_subjects(path: Path) -> dict[str, dict[str, Any]]:
 
 def _dataset(cells: Mapping[str, str], where: str) -> dict[str, Any]:
     """A dataset from the cells of a row that are not empty, by column."""
-    constants = _forearm(cells, where)
+    constants, angle = _forearm(cells, where), dict[str, float]()
     conditions: dict[str, dict[str, float]] = {}
     for column in cells:
         if column not in (*_NEEDED, *_BODY, "arm"):
             trial, _, constant = column.rpartition(".")
-            known = conditions.setdefault(trial, {}) if trial else constants
+            known = angle if trial == "angle" else conditions.setdefault(trial, {}) if trial else constants
             known[constant] = _number(cells, column, where)
-    dataset = {"kind": "measured", "files": [cells["files"]], "test": cells["test"].split()}
+    dataset: dict[str, Any] = {"kind": "measured", "files": [cells["files"]], "test": cells["test"].split()}
     dataset |= {"arm": cells["arm"]} if "arm" in cells else {}
+    dataset |= {"angle": angle} if angle else {}
     return dataset | {"constants": constants, "conditions": conditions}
 
 
