@@ -154,15 +154,17 @@ def test_a_cut_is_in_the_times_that_messages_and_pictures_have(folder, start, tr
         assert prepared.recordings[trial].time[[0, -1]] == pytest.approx([at + 1, at + 9], abs=0.01)
 
 
-def test_a_part_that_a_column_keeps_and_one_that_is_cut_are_on_one_clock(folder):
+@pytest.mark.parametrize(("column", "level"), [("on", 1), ("on [V]", 5), ("on [mV]", 5000)])
+def test_a_part_that_a_column_keeps_and_one_that_is_cut_are_on_one_clock(folder, column, level):
     write_session(folder, emg_start=8.0, angle_start=8.0)
     for trial in "abc":
-        on = pd.DataFrame({"t": 8 + np.arange(1200) / ANGLE_HZ, "on": np.repeat([0.0, 1.0], [400, 800])})
+        on = pd.DataFrame({"t": 8 + np.arange(1200) / ANGLE_HZ, column: np.repeat([0.0, level], [400, 800])})
         on.to_csv(folder / trial / "on.csv", index=False)
-    keep = {"file": "{trial}/on.csv", "equals": 1}
+    keep = {"file": "{trial}/on.csv", "equals": level}
     recordings = prepare(folder, keep=keep, cut_s={"a": [9.0, 15.0]})[0].recordings
     for trial, end in (("a", 15.0), ("b", 19.99)):
         assert recordings[trial].time[[0, -1]] == pytest.approx([12.0, end])
+    refuse(folder, f"trial a: the column is never 3, but from 0 to {level}", keep={**keep, "equals": 3})
 
 
 @pytest.mark.parametrize(("cut", "left"), [([0.0, 5.0], 0), ([30.0, 40.0], 0), ([8.1, 8.4], 31)])

@@ -198,7 +198,9 @@ class Reading:
         runs = runs_of(np.isclose(sampled.values, keep.equals))
         if not runs:
             if len(sampled.values) > 1:  # one stands for what was not read
-                self.say(f"trial {trial}: {keep.column} is never {keep.equals:g}. Correct {self.where}.keep.")
+                low, high = sampled.values.min(), sampled.values.max()
+                column = f"trial {trial}: {keep.column or 'the column'} is never {keep.equals:g}"
+                self.say(f"{column}, but from {low:g} to {high:g}. Correct {self.where}.keep.")
             return sampled.start, sampled.end
         begin, length = max(runs, key=lambda run: run[1])
         return float(sampled.time[begin]), float(sampled.time[begin + length - 1])

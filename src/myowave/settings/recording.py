@@ -94,7 +94,7 @@ class RawMotor(Signed, RawSignal):
 class RawKeep(RawSignal):
     """Which part of a recording to keep: the longest in which a column has a value."""
 
-    equals: Real = setting("this value, such as 0 for a motor that is off", "-")
+    equals: Real = setting("this value, in the unit of the file, such as 0 for a motor that is off", "-")
 
 
 class TextLayout(Section):

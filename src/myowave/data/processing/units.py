@@ -9,10 +9,10 @@ TO_RADIANS = {"rad": 1.0, "deg": math.pi / 180}
 TO_MICROVOLTS = {"uV": 1.0, "mV": 1e3, "V": 1e6, "nV": 1e-3}
 TO_EMG = {**TO_MICROVOLTS, ARBITRARY: 1.0, PERCENT: 1.0}
 TO_FRACTION = {ARBITRARY: 1.0, PERCENT: 1e-2}
-TO_NUMBER = {ARBITRARY: 1.0}
 TO_NEWTON_METRES = {"Nm": 1.0, "Ncm": 1e-2, "Nmm": 1e-3}
 _OTHERS = ("s", "ms", "g", "G", "N", "kg", "m", "cm", "mm", "Hz", "m/s", "m/s^2", "deg/s", "rad/s")
 UNITS = {*TO_EMG, *TO_RADIANS, *TO_NEWTON_METRES, *_OTHERS}  # all that are known, whatever a signal is of
+TO_NUMBER = dict.fromkeys((ARBITRARY, *sorted(UNITS)), 1.0)  # as it is written
 _SPELLINGS = {
     "uV": ("µV", "μV", "uv", "microvolts", "microvolt"),  # micro sign and Greek mu
     "mV": ("mv", "millivolts", "millivolt"),
