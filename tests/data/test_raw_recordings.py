@@ -190,8 +190,16 @@ def test_files_of_a_trial_that_begin_apart_are_told_until_it_is_said_why(folder)
     assert "processing.emg_start_offset_s" in told["a"]["do"]
     assert not starts(processing={"emg_start_offset_s": 2.0})
     assert [*starts(cut_s={"a": [2.0, 12.0], "b": [3.0, 11.0]})] == ["c"]
+    assert [*starts(cut_s={"a": [1.98, 20.0], "b": [0.0, 100.0], "c": [1.0, 9.0]})] == ["b", "c"]
     write_session(folder, angle_start=2.0, emg_start=1.97)
     assert not starts()
+
+
+def test_a_cut_hides_that_files_last_longer_only_where_it_takes_that_off(folder):
+    for trial in "ab":
+        noraxon(folder / trial / "elbow.csv", "Elbow RT", curl(seconds=10), ANGLE_HZ, "deg")
+    findings = prepare(folder, cut_s={"a": [1.0, 50.0], "b": [1.0, 10.0]})[1]["findings"]
+    assert {f["trial"] for f in findings if f["check"] == "durations"} == {"a"}
 
 
 @pytest.mark.parametrize("kept", [{"cut_s": {"a": [4.0, 12.0]}}, {"keep": {"file": "{trial}/on.csv", "equals": 1}}])

@@ -58,7 +58,7 @@ class Recording:
         """With no more of what was recorded than a cut keeps."""
         if self.raw.cut is None:
             return self
-        start, end = self.time[0], self.time[-1]
+        start, end = self.raw.cut  # and no less: what was not recorded at the same time shows that clocks differ
 
         def part(signals: Mapping[str, Sampled]) -> dict[str, Sampled]:
             return {name: one.between(start, end) for name, one in signals.items()}
