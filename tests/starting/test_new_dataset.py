@@ -85,15 +85,19 @@ def test_a_second_electrode_of_a_muscle_says_that_it_drives_none_yet(workplace):
     assert "--configfile 'my own.yaml' mine.yaml" in made.said
 
 
-def test_muscles_of_the_leg_are_not_taken_for_those_of_the_arm_that_share_their_name(workplace, laid_over):
+@pytest.mark.parametrize(
+    "names",
+    [("Biceps femoris", "TRICEPS_SURAE"), ("BICEPS FEM.", "Triceps sur."), ("LT_BICEPS_FEM_LH", "triceps sur L")],
+)
+def test_muscles_of_the_leg_are_not_taken_for_those_of_the_arm_that_share_their_name(workplace, laid_over, names):
     for seed, trial in enumerate(("t1", "t2")):
-        leg = {"Biceps femoris [uV]": burst(seed + 9), "TRICEPS_SURAE [uV]": burst(seed + 19)}
+        leg = {f"{name} [uV]": burst(seed + 9 + 10 * k) for k, name in enumerate(names)}
         table(workplace / "body" / f"{trial}.csv", {**leg, **everything(seed)})
     made = new("body")
     dataset = laid_over(made.text).dataset("mine")
     columns = {name: one.column for name, one in dataset.emg.items()}
     assert columns == {"emg_biceps": "Biceps", "emg_triceps": "Triceps"}
-    assert "# not used: {file: 'body/{trial}.csv', column: Biceps femoris}" in made.text
+    assert f"# not used: {{file: 'body/{{trial}}.csv', column: {names[0]}}}" in made.text
 
 
 def test_what_no_unit_and_no_name_says_is_left_to_fill_in_with_what_was_found(workplace, laid_over):

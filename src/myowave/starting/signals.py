@@ -21,7 +21,8 @@ from myowave.starting.files import Naming, format_of, ways_to_name
 # By what their names have in them.
 MUSCLES = {"brachiorad": "brachioradialis", **{m: m for m in ("biceps", "triceps", "brachialis", "anconeus")}}
 MUSCLES |= {"bizeps": "biceps", "trizeps": "triceps"}
-LEG = ("femoris", "surae")  # the biceps and triceps that are not the arm's
+# The biceps and triceps that are not the arm's.
+LEG = re.compile(r"femoris|surae|bi[cz]eps[\W_]*fem(?!ale)|tri[cz]eps[\W_]*sur(?![a-z])")
 _TRIED = 6  # ways to name trials whose files are read
 
 
@@ -55,7 +56,7 @@ class Found:
     def muscle(self) -> str | None:
         """The muscle of the arm that its name speaks of, or that of its file where it is alone there."""
         text = f"{self.signal.name} {self.pattern if self.alone else ''}".lower()
-        if any(part in text for part in LEG):
+        if LEG.search(text):
             return None
         return next((muscle for part, muscle in MUSCLES.items() if part in text), None)
 
