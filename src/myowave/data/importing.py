@@ -5,8 +5,10 @@ trial: what a test trial holds must not reach the training. EMG above 1 may ther
 a fraction already stays as it is.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+import json
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from hashlib import sha256
 from typing import Any
 
 import numpy as np
@@ -31,6 +33,9 @@ _NO_EMG = (
 SHORTEST = 50  # fewest samples of a trial [-]; training needs windows, diagnosis degrees of freedom
 UNDERSHOOT = 0.1  # of an envelope below 0, as a share of its largest value, that a filter leaves [-]
 Dataset = MeasuredDataset | RecordedDataset
+# Settings by which no signal is read, and what is added with a trial.
+_BESIDE = {"about", "arm", "identify", "scatter", "changed", "test", "constants", "conditions", "ignore_columns"}
+_BESIDE |= {"trials", "files"}
 
 
 def import_trials(
@@ -61,6 +66,16 @@ def known_constants(settings: Dataset | SimulatedDataset) -> dict[str, float]:
     """Constants of the subject that the settings name, and how its motor brakes where there is one."""
     motor = settings.motor if isinstance(settings, RecordedDataset) else None
     return ({} if motor is None else {"braking": braking(motor)}) | settings.constants
+
+
+def reading_settings(settings: Dataset | SimulatedDataset, trials: Collection[str]) -> dict[str, str]:
+    """Digests of the settings by which these trials are read and processed, {key: sha256}: labels may be names."""
+    if isinstance(settings, SimulatedDataset):
+        return {}
+    values, there = settings.model_dump(mode="json", exclude=_BESIDE), (*trials, *settings.mvc)
+    for key in {"cut_s", "recordings"} & {*values}:
+        values[key] = {name: value for name, value in values[key].items() if name in there}
+    return {key: sha256(json.dumps(value, sort_keys=True).encode()).hexdigest() for key, value in values.items()}
 
 
 def prepare(dataset: str, settings: Dataset, session: Session) -> Prepared:
@@ -100,6 +115,7 @@ def prepare(dataset: str, settings: Dataset, session: Session) -> Prepared:
         "source": settings.kind,
         "ignored columns": list(settings.ignore_columns),
         "sha256": dict(session.sha256),
+        "settings": reading_settings(settings, recordings),
     }
     real_time = {} if fractions else dump(RealTime(processing=processing, channels=known))
     corners = {processing.low_pass_hz if form == "raw" else settings.envelope_low_pass_hz for form in forms.values()}

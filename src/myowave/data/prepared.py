@@ -4,7 +4,7 @@ import shlex
 from collections.abc import Sequence
 from pathlib import Path
 
-from myowave.data.importing import Dataset, known_constants
+from myowave.data.importing import Dataset, known_constants, reading_settings
 from myowave.data.store import read_trials
 from myowave.data.trials import Trials
 from myowave.settings import SimulatedDataset
@@ -17,7 +17,7 @@ def prepared_file(dataset: str) -> Path:
 
 def read_prepared(dataset: str, settings: Dataset | SimulatedDataset, config: Sequence[Path]) -> Trials:
     """The prepared trials of a dataset; a ValueError with the command that makes them if there are none, or if the
-    settings, read from the files `config`, now have other constants, conditions or test trials."""
+    settings, read from the files `config`, now have other constants, conditions or test trials, or read otherwise."""
     path = prepared_file(dataset)
     # The target comes first: --configfile takes all words that follow it.
     command = shlex.join(["snakemake", "--cores", "1", str(path), "--configfile", *map(str, config)])
@@ -31,6 +31,8 @@ def read_prepared(dataset: str, settings: Dataset | SimulatedDataset, config: Se
         known = trials.conditions.get(name, {}).items()
         found[f"conditions.{name}"] = {key: value for key, value in known if key not in trials.over_time}
         expected[f"conditions.{name}"] = settings.conditions.get(name, {})
+    expected |= reading_settings(settings, trials.names)
+    found = expected | found | trials.provenance.get("settings", {})
     if other := [key for key in expected if found[key] != expected[key]]:
         raise ValueError(
             f"{path}: prepared with other {', '.join(other)} than data.datasets.{dataset} has now. Make it anew with: "
