@@ -209,7 +209,7 @@ def ask(trials: Trials, settings: Settings, dataset: str) -> list[Question]:
     r2 = table[table["held_out"]].set_index("model")["r2"]
     rival = max(r2[POSTURE], r2.get(POSTURE_LOAD, -np.inf))
     found = f"{newest}: R² {r2[base.name]:.2f} by EMG and muscles, {rival:.2f} by posture, speed and load."
-    again = f"one more as {newest}; if it stays so, look at electrodes, loads and clocks"
+    again = f"one more as {newest}; if it stays so, look at electrodes, loads and synchronisation"
     foretold = r2[base.name] > max(rival - AS_GOOD, 0.0)
     return [
         *_strengths(torque, base),

@@ -279,7 +279,7 @@ TOLD_IN_MEMORY = {
         torque(lambda q: np.cumsum(np.random.default_rng(0).standard_normal(len(q))) / 10),
         "torque against the motion: weight and motion say little of the torque in trial a",
     ),
-    "an arm over the head": (made(lambda t: t + 120, "tilt_rad"), "a tilt_rad lean of the upper arm: .*unit"),
+    "an arm over the head": (made(lambda t: t + 120, "tilt_rad"), "a tilt_rad tilt of the upper arm: .*unit"),
     "a lean in rad called deg": (
         made(lambda t: np.radians(t + 3 * np.sin(np.arange(len(t)) / 40)), "tilt_rad"),
         "c tilt_rad stillness of the upper arm: from .* to .* deg, while the elbow .*Is it in rad",
@@ -301,7 +301,7 @@ TOLD_IN_MEMORY = {
     ),
     "a held-out trial of more effort": (scaled(3, trial="c"), "c emg_biceps EMG above 1: reaches .*of less effort"),
     "EMG that ends early": (made(lambda x: x[:9800], "emg_biceps"), "durations: EMG lasts 9.800 s.*rate_hz"),
-    "EMG of another clock": (made(lambda x: np.roll(x, -500), "emg_biceps"), "offset of clocks|against the motion"),
+    "EMG of another clock": (made(lambda x: np.roll(x, -500), "emg_biceps"), "synchronisation|against the motion"),
 }  # fmt: skip
 TOLD_OF_ENVELOPES = {
     "both channels alike": (as_envelopes(both()), "channels alike: .* correlation of 1.000 over all trials"),
@@ -351,7 +351,7 @@ TOLD_OF_SETTINGS = {
     ),
     "an offset of clocks that there is not": (
         {"processing": {"emg_start_offset_s": -0.5}},
-        "offset of clocks: EMG fits the motion best .*emg_start_offset_s",
+        "synchronisation: EMG fits the motion best .*emg_start_offset_s",
     ),
 }
 

@@ -395,10 +395,12 @@ def test_the_headline_is_one_short_sentence_with_at_most_one_number(changes, tol
 def test_a_class_among_others_is_set_off_from_them(facts, story):
     changes = {"verdict": "class", "effects": ["joint_damping", "clock_drift"]}
     changes["alternatives"] = [["clock_drift", "gain_per_trial", "outside"]]
-    told = "damping of the joint, and drift of the clock or a gain of the EMG that differs between trials or something"
-    assert told in tell(facts(**changes))["named"]
+    told = (
+        "damping of the joint, and time drift between EMG and motion or a gain of the EMG that differs between trials"
+    )
+    assert f"{told} or something" in tell(facts(**changes))["named"]
     page = write_page(replace(story, verdict={**story.verdict, **changes}))
-    assert "drift of the clock or a gain" in page
+    assert "</abbr> and motion or a gain" in page
 
 
 def test_what_no_effect_was_added_for_changes_no_error(facts):

@@ -15,7 +15,7 @@ CAUSE_TITLES = {
     EMG_NOISE: "noise of the recorded EMG",
     OWN_SHAPES: OWN_SHAPES,
     OUTSIDE: "something the catalogue lacks",
-    CLOCK_DRIFT: "drift of the clock",
+    CLOCK_DRIFT: "time drift between EMG and motion",
     GAIN_PER_TRIAL: "a gain of the EMG that differs between trials",
     SILENT: "an electrode that reports nothing",
 }

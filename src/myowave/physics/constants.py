@@ -95,7 +95,7 @@ JOINT_CONSTANTS = {
     "load": Constant("kg", "known mass held in the hand", bounds={"ge": 0, "le": 200}, default=0.0),
     "tilt": Constant(
         "rad",
-        "known lean of the upper arm from the vertical, forward positive",
+        "known tilt of the upper arm from the vertical, forward positive",
         bounds={"ge": -math.pi, "le": math.pi},
         default=0.0,
     ),

@@ -62,7 +62,7 @@ def gravity_torque(q: Tensor, weight: Tensor, tilt: Tensor) -> Tensor:
     Args:
         q: elbow angle [rad], any shape; at 0 the arm is straight, positive in flexion.
         weight: moment of the weight with the forearm level [N m], see `Forearm.weight_with`.
-        tilt: lean of the upper arm [rad], forward positive.
+        tilt: tilt of the upper arm [rad], forward positive.
 
     Source: Taneja et al. 2023, Eq. 56, with the forearm's angle to the vertical q + tilt.
     """

@@ -199,7 +199,7 @@ class RecordedDataset(_RealDataset):
     emg: dict[ChannelName, EmgChannel] = setting("EMG channels; none where no muscles are", "", dict, each="channel")
     angle: RawAngle = setting("elbow angle; 0 hangs straight down, positive in flexion")
     signals: dict[ExtraName, ExtraAngle] = setting(
-        "further angles over time, such as tilt_rad, the lean of the upper arm", default=dict, each="signal"
+        "further angles over time, such as tilt_rad, the tilt of the upper arm", default=dict, each="signal"
     )
     torque: RawTorque | None = setting(
         "torque of the muscles about the elbow as a dynamometer measured it, flexing positive, weight and inertia of "

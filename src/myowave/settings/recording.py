@@ -59,7 +59,7 @@ class RawAngle(TurnedAngle, RawSignal):
 
 
 class ExtraAngle(RawAngle):
-    """A further angle over time, such as the lean of the upper arm."""
+    """A further angle over time, such as the tilt of the upper arm."""
 
     condition: str | None = setting(
         "physical constant whose known value is its median over a trial, such as tilt; null for none", default=None

@@ -177,9 +177,9 @@ def _torque(of: Cause) -> str | None:
 
 
 CAUSE = (
-    Check("offset of clocks", _offset,
-          "The clocks may differ, or motion and EMG may simply go on alike: clap or tap at the start of a recording to "
-          "see it, and say processing.emg_start_offset_s. Nothing was shifted here."),
+    Check("synchronisation", _offset,
+          "EMG and angle may be recorded apart in time, or motion and EMG may simply go on alike: clap or tap at the "
+          "start of a recording to see it, and say processing.emg_start_offset_s. Nothing was shifted here."),
     Check("torque against the motion", _torque,
           "Is it counted the other way (torque: sign: -1)? If a dynamometer held or moved the arm, leave the trial "
           "out: in the model muscles alone move it."),

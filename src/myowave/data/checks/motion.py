@@ -86,8 +86,8 @@ ELBOW = (
 )  # fmt: skip
 EXTRA = (
     JUMP,
-    Check("lean of the upper arm", _leaning,
-          "An upper arm that hangs leans by 0: correct unit (deg or rad), sign or offset_deg of the signal."),
+    Check("tilt of the upper arm", _leaning,
+          "An upper arm that hangs has a tilt of 0: correct unit (deg or rad), sign or offset_deg of the signal."),
 )  # fmt: skip
 STILL_LEAN = Check(
     "stillness of the upper arm",

@@ -14,12 +14,12 @@ def tilt_torque(q: Tensor, weight: Tensor, tilt: Tensor, *, phi: Tensor) -> Tens
 
 EFFECT = Effect(
     name="gravity_tilt",
-    title="a lean of the upper arm",
+    title="a tilt of the upper arm",
     acts_on="joint",
     equation="-weight (sin(q + tilt + phi) - sin(q + tilt))",
     function=tilt_torque,
     parameters={
-        "phi": Parameter("rad", low=-0.8, high=0.8, typical=0.1, meaning="lean of the upper arm, forward positive")
+        "phi": Parameter("rad", low=-0.8, high=0.8, typical=0.1, meaning="tilt of the upper arm, forward positive")
     },
     source="Eq. 56 of Taneja et al. 2023 with the angle to the vertical q + phi",
 )
