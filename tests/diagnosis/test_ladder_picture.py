@@ -1,16 +1,18 @@
-"""The picture of the ladder."""
+"""Pictures of a verdict: the ladder, and what titles say."""
 
 import numpy as np
 import pandas as pd
 
-from myowave.diagnosis.report.figures import draw_ladder
+from myowave.diagnosis.report.figures import draw_ladder, draw_missing_torque, draw_ranking
+
+NOISE = {"noise of the angle": 0.5}
+PHYSICS = ("physics", "base", False, 10.6, 8.4, 0.5, 1.3)
+COLUMNS = ["source", "model", "named", "train_rmse_deg", "heldout_rmse_deg", "noise_deg", "missing_torque_Nm"]
 
 
 def test_a_ladder_says_over_what_its_errors_are_and_which_noise_makes_them():
-    physics = ("physics", "base", False, 10.6, 8.4, 0.5, 1.3)
     network = ("network, recorded, 1-scale", "base", False, np.nan, 9.7, 0.5, np.nan)
-    columns = ["source", "model", "named", "train_rmse_deg", "heldout_rmse_deg", "noise_deg", "missing_torque_Nm"]
-    ladder = pd.DataFrame([physics, network], columns=columns)
+    ladder = pd.DataFrame([PHYSICS, network], columns=COLUMNS)
 
     def labels(**more):
         return (
@@ -24,3 +26,24 @@ def test_a_ladder_says_over_what_its_errors_are_and_which_noise_makes_them():
     assert "muscle model over 0.5 s, held out" in told
     assert "network, recorded, 1-scale, held out, whole trials" in told
     assert {"noise of the angle", "and of the EMG"} < set(told)
+
+
+def test_titles_of_pictures_say_what_was_found():
+    found = ("physics", "base+joint_damping", False, 0.5, 0.6, 0.5, 0.0)
+    ladder = pd.DataFrame([PHYSICS, found], columns=COLUMNS)
+    told = "Held-out error of the muscle model: 8.4 deg, 0.60 deg with what was found"
+    assert draw_ladder(ladder, NOISE).get_suptitle() == told
+    assert (
+        draw_ladder(ladder[:1], NOISE, 0.5).get_suptitle() == "Held-out error of the muscle model over 0.5 s: 8.4 deg"
+    )
+    point = {"angle_rad": 1.0, "velocity_rad_s": 0.0, "torque_Nm": 0.3}
+    windows = pd.DataFrame([{"model": model, **point} for model in ("a", "b")])
+    torques = draw_missing_torque(windows, {"a": 0.26, "b": 0.0}).axes[:2]
+    assert [axis.get_title() for axis in torques] == ["a: 0.26 N m missing", "b: none above noise"]
+    ranking = pd.DataFrame(
+        [("base", "joint_damping", 127.0, "supported"), ("base+joint_damping", "fatigue", 2.0, "not needed")],
+        columns=["model", "effect", "log_odds", "status"],
+    )
+    panels = draw_ranking(ranking, {"joint_damping": "damping of the joint"}).axes
+    assert panels[0].get_title() == "muscle model: most evidence for damping of the joint; best 1 of 1"
+    assert "damping of the joint: no effect has evidence" in panels[1].get_title().replace("\n", " ")

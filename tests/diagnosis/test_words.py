@@ -96,4 +96,4 @@ def test_constants_nobody_expects_are_told_beside_an_effect(facts):
 def test_torque_that_is_missing_is_told_with_its_size(facts):
     missing = tell(facts())["missing"]
     assert "The muscle model lacks a torque of 0.50 N m RMS" in missing
-    assert "with damping of the joint lacks no torque that noise would not show, under 0.040 N m" in missing
+    assert "with damping of the joint lacks no more torque than noise of the angle would show, 0.040 N m" in missing

@@ -18,9 +18,10 @@ from matplotlib.lines import Line2D
 from myowave.diagnosis.causes import SURE
 from myowave.diagnosis.comparison.baselines import EMG_ONLY, HOLD, NOISE, POSTURE, POSTURE_LOAD, SAME_SPEED
 from myowave.diagnosis.report.ladder import PHYSICS, PLAIN, of_networks
+from myowave.diagnosis.report.numbers import degrees, two_digits
 from myowave.diagnosis.report.tell import base_of, noise, noise_with_emg
 from myowave.diagnosis.report.templates import called, described
-from myowave.plotting import BLACK, BLUE, GREEN, GREY, MEASURED, MODEL, ORANGE, PINK, SKY, canvas
+from myowave.plotting import BLACK, BLUE, GREEN, GREY, MEASURED, MODEL, ORANGE, PINK, SKY, canvas, title
 
 # Of the first model and of the one that was found, the same in all pictures.
 LOOKS = ({"color": MODEL, "linestyle": "--"}, {"color": BLUE, "linestyle": "-"})
@@ -35,6 +36,7 @@ PARTS = {"training trials": (BLUE, "o", -0.13), "held-out trials": (MODEL, "s", 
 WINDOWS_A_CELL, MOST_CELLS = 5, 12  # the map is as fine as so many windows in a cell, on average, allow
 FEWEST = 3  # windows in a cell of the map
 SHOWN = 8  # candidates a panel
+ODDS = (-1000, -100, -10, -3, 0, 3, 10, 100, 1000, 10_000)  # marked on their axis
 wrapped = partial(textwrap.fill, width=28)  # what models and predictors are called
 STATUS = {
     "supported": (BLUE, "the data support it"),
@@ -67,7 +69,10 @@ def draw_diagnosis(
         "glance": draw_glance(predictions[~predictions["model"].isin(others)], ends, verdict["horizon_s"]),
         "torque": draw_torque(tables["torque"].replace(words)),
         "horizons": draw_horizons(tables["horizons"].replace(words), angle, of_networks(ladder), words[found]),
-        "missing_torque": draw_missing_torque(missing[missing["model"].isin(ends)].replace(words)),
+        "missing_torque": draw_missing_torque(
+            missing[missing["model"].isin(ends)].replace(words),
+            {words[name]: rms for name, rms in verdict["missing_torque_Nm"].items() if rms is not None},
+        ),
         "ranking": draw_ranking(tables["ranking"], titles),
         "ladder": draw_ladder(fitted.replace(words), angle | of_emg, verdict["horizon_s"]),
     }
@@ -160,13 +165,16 @@ def draw_horizons(horizons: pd.DataFrame, levels: Mapping[str, float], networks:
     return figure
 
 
-def draw_missing_torque(windows: pd.DataFrame) -> Figure:
-    """Torque that each model would have to add, over angle and velocity; an empty picture of short trials."""
+def draw_missing_torque(windows: pd.DataFrame, rms: Mapping[str, float] | None = None) -> Figure:
+    """Torque that each model would have to add, over angle and velocity, and its `rms` by model [N m], 0 where noise
+    shows as much; an empty picture of short trials."""
+    rms = rms or {}
+    misses = {name: f": {two_digits(size)} N m missing" if size else ": none above noise" for name, size in rms.items()}
     models = list(windows["model"].unique()) or ["no trial is long enough for a window"]
     figure, axes = canvas(1, len(models), width=4.2 * len(models) + 1.6, height=4.4, sharex=True, sharey=True)
     maps = []
     for axis, model in zip(axes[0], models, strict=True):
-        axis.set(xlabel="elbow angle [deg]", title=wrapped(model), facecolor="#e2e2e2")
+        axis.set(xlabel="elbow angle [deg]", title=wrapped(model + misses.get(model, "")), facecolor="#e2e2e2")
         axis.grid(visible=False)
         rows = windows[windows["model"] == model]
         if len(rows):
@@ -194,15 +202,17 @@ def draw_ranking(ranking: pd.DataFrame, titles: Mapping[str, str]) -> Figure:
         y = np.arange(len(rows))
         axis.scatter(rows["log_odds"], y, color=[STATUS[s][0] for s in rows["status"]], s=60, zorder=3)
         axis.set_xscale("symlog", linthresh=3, linscale=0.7)
-        axis.xaxis.set_major_formatter("{x:g}")
+        axis.set_xticks(ODDS, [f"{odds:g}" for odds in ODDS])
         axis.axvline(SURE, color=MEASURED, linestyle=":", linewidth=2)
         axis.axvline(0, color=GREY, linewidth=0.8)
         axis.set_yticks(y, [called(e, titles) for e in rows["effect"]], fontsize=9)
         axis.set_xlim(min(-3.0, rows["log_odds"].min() * 1.2), max(10.0, rows["log_odds"].max() * 1.5))
-        ask = f"what to add to the {described(model, titles)}? best {len(rows)} of {(ranking['model'] == model).sum()}"
-        axis.set_title(wrapped(ask, width=60))
+        best = rows.iloc[-1] if len(rows) and rows["log_odds"].iloc[-1] > SURE else None
+        finding = "no effect has evidence" if best is None else f"most evidence for {called(best['effect'], titles)}"
+        shown = f"best {len(rows)} of {(ranking['model'] == model).sum()}"
+        axis.set_title(wrapped(f"{described(model, titles)}: {finding}; {shown}", width=70))
         axis.grid(axis="y", linestyle=":")
-    axes[-1, 0].set_xlabel("log odds of the model with the effect [nats]; dotted: 19 to 1")
+    axes[-1, 0].set_xlabel("log odds of the model with the effect [nats]; dotted: 19 to 1, 95 %")
     seen = [look for status, look in STATUS.items() if (ranking["status"] == status).any()]
     look: dict[str, Any] = {"marker": "o", "linestyle": "none", "markersize": 7}
     handles = [Line2D([], [], color=color, label=meaning, **look) for color, meaning in seen]
@@ -240,6 +250,9 @@ def draw_ladder(ladder: pd.DataFrame, levels: Mapping[str, float], horizon_s: fl
         error.yaxis.set_major_formatter("{x:g}")
     else:
         error.set_ylim(0, max(error.get_ylim()[1], 1.08 * max(high, *levels.values())))
+    steps = [degrees(one) for one in physics[~physics["named"].astype(bool)]["heldout_rmse_deg"]]
+    found = f", {steps[-1]} with what was found" * (len(steps) > 1)
+    title(figure, f"Held-out error of the muscle model{over}: {steps[0]}{found}")
     error.set_ylabel("RMSE [deg]")
     error.set_xticks(range(len(models)), [wrapped(m) for m in models], fontsize=9)
     error.set_xlim(-0.5, len(models) - 0.5)
