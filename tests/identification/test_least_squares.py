@@ -112,7 +112,7 @@ def test_damping_shortens_a_step():
 
 def without_starts(by_start, columns):
     nothing = np.zeros((3, 50)), np.zeros((3, 50, 0))
-    return Normal(*nothing, by_start, np.zeros(0), np.zeros((0, 0)), np.zeros(0)).without_starts(columns)
+    return Normal(*nothing, by_start, np.zeros(0), np.zeros((0, 0))).without_starts(columns)
 
 
 def test_what_is_left_without_starts_is_orthogonal_to_them_and_the_rest_is_theirs():
@@ -146,7 +146,7 @@ def test_eliminating_starts_solves_for_parameters_and_starts_together(make_noisy
 def test_a_damped_step_is_that_of_parameters_and_starts_damped_together(damping):
     rng = np.random.default_rng(5)
     residual, slope, by_start = rng.normal(size=(2, 30)), rng.normal(size=(2, 30, 3)), rng.normal(size=(2, 30, 2))
-    normal = Normal(residual, slope, by_start, np.zeros(0), np.zeros((0, 3)), np.zeros(3))
+    normal = Normal(residual, slope, by_start, np.zeros(0), np.zeros((0, 3)))
     step = np.linalg.solve(*normal.damped(damping))
     shift = normal.starts_after(step) / (1 + damping)
 
@@ -166,14 +166,14 @@ def test_what_was_measured_of_a_start_counts_as_two_samples_more(damping):
     residual, slope, by_start = rng.normal(size=(2, 30)), rng.normal(size=(2, 30, 3)), rng.normal(size=(2, 30, 2))
     further, further_slope, columns = rng.normal(size=3), np.diag(rng.normal(size=3)), rng.normal(size=(2, 30, 4))
     weight, off = np.array([4.0, 90.0]), rng.normal(size=(2, 2))
-    found = Normal(residual, slope, by_start, further, further_slope, np.zeros(3), off, weight)
+    found = Normal(residual, slope, by_start, further, further_slope, off, weight)
 
     def longer(each, rows):
         return np.concatenate([each, rows], 1)
 
     own = np.tile(np.diag(np.sqrt(weight)), (2, 1, 1))
     more = longer(residual, np.sqrt(weight) * off), longer(slope, np.zeros((2, 2, 3))), longer(by_start, own)
-    same = Normal(*more, further, further_slope, np.zeros(3))
+    same = Normal(*more, further, further_slope)
     assert found.objective == pytest.approx(same.objective) and found.left @ found.left == pytest.approx(same.objective)
     for one, other in zip(found.damped(damping), same.damped(damping), strict=True):
         np.testing.assert_allclose(one, other)
@@ -191,12 +191,7 @@ def test_more_columns_extend_the_normal_equations_as_if_they_had_been_there(make
     fit = fit_model(base, make_noisy(1.0).train, free)
     few = normal_equations(fit.sensitive, fit.record, free, fit.values)
     part = np.s_[..., : len(free) - 1]
-    fewer = replace(
-        few,
-        slope=few.slope[part],
-        weight=few.weight[:-1],
-        further_slope=few.further_slope[part],
-    )
+    fewer = replace(few, slope=few.slope[part], further_slope=few.further_slope[part])
     again = fewer.extended(few.slope[..., len(free) - 1 :])
     np.testing.assert_allclose(again.matrix, few.matrix, rtol=1e-9)
     np.testing.assert_allclose(again.vector, few.vector, rtol=1e-6, atol=1e-9)

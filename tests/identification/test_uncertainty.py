@@ -7,7 +7,7 @@ import pytest
 from scipy.signal import lfilter
 
 from myowave.diagnosis.report.numbers import estimate
-from myowave.identification.free_parameters import free_parameters
+from myowave.identification.free_parameters import expected, free_parameters
 from myowave.identification.least_squares import correlations, pseudo_inverse
 from myowave.identification.noise import correlation_time
 from myowave.identification.output_error import fit_model
@@ -92,7 +92,8 @@ def test_constants_that_are_rather_known_than_fitted_count_little_in_the_varianc
     """True values scatter about the expected ones as is said of them, and white noise is added."""
     normal, samples, random = guessed.normal, guessed.record.samples, np.random.default_rng(7)
     variance = np.radians(0.5) ** 2
-    deviation = np.where(normal.weight > 0, np.sqrt(variance / normal.weight.clip(1e-300)), 0.0)
+    weight = expected(guessed.free)[1] * guessed.record.misfit**2
+    deviation = np.where(weight > 0, np.sqrt(variance / weight.clip(1e-300)), 0.0)
     projected, found = normal.without_starts(normal.slope), []
     for _ in range(1000):
         noise = np.radians(0.5) * random.standard_normal(normal.residual.shape)

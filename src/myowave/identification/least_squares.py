@@ -1,4 +1,4 @@
-"""Linear least squares of a fit, the loop of damped steps within bounds, and how sure a fit is of its parameters.
+"""Linear least squares of a fit, and the loop of damped steps within bounds.
 
 The angle and velocity at the start of each trial belong to one trial each, so they are eliminated trial by trial.
 
@@ -19,7 +19,6 @@ from torch import Tensor
 
 from myowave.data.trials import Array
 from myowave.identification.free_parameters import Free, bounds, expected, moved, scales
-from myowave.identification.noise import SOLVERS_DEG, correlation_time
 from myowave.identification.record import Record
 from myowave.physics.trajectory import Sensitive
 
@@ -62,7 +61,6 @@ class Normal:
     # measured, and how far each parameter is from where it is expected, weighed as a sample
     further: Array
     further_slope: Array
-    weight: Array  # of what is known of each parameter beforehand, (P,) [rad^2]
     # how far each number of a start is from where it was measured, (..., T, S), and what that weighs, (T, S)
     start_left: Array = field(default_factory=lambda: np.zeros((1, 2)))
     start_weight: Array = field(default_factory=lambda: np.zeros((1, 2)))
@@ -157,7 +155,6 @@ class Normal:
             self,
             slope=np.concatenate([self.slope, columns], -1),
             further_slope=np.pad(self.further_slope, ((0, 0), (0, more))),
-            weight=np.pad(self.weight, (0, more)),
         )
 
 
@@ -208,37 +205,13 @@ def normal_equations(
         further_slope = np.concatenate([measured[1] * record.misfit, further_slope], -2)
     started = record.motion[:, 0].numpy() - result.motion.state[..., 0, :2].numpy()
     of_start = (record.misfit / record.start_error) ** 2
-    return Normal(residual, slope, by_start, further, further_slope, weight, started, of_start)
+    return Normal(residual, slope, by_start, further, further_slope, started, of_start)
 
 
 def scaled_slope(derivatives: Tensor, scale: Array | float, valid: NDArray[np.bool_]) -> Array:
     """d angle / d parameter (P, ..., T, N) in units of the scales, (..., T, N, P); 0 where padded, never infinite."""
     slope = np.nan_to_num(np.moveaxis(derivatives.numpy(), 0, -1)).clip(-LARGEST, LARGEST)
     return (slope * scale * valid[..., None]).clip(-LARGEST, LARGEST)
-
-
-def covariance(normal: Normal, record: Record, free: Sequence[Free]) -> Array:
-    """Covariance of the free parameters (P, P), SI units: that for white noise times the residual's correlation time,
-    less what is known beforehand or by a dynamometer, each with the error that a fit takes it to have.
-
-    A residual is slow where noise is coloured or the physics misses something; many of its samples then say no more
-    than one. Coverage of nominal 95 % intervals for four muscle parameters, from white noise to autoregressions with a
-    coefficient of 0.98: 0.95 to 1.00 with 4 trials of 500 samples, 0.92 to 0.97 with 3 of 200. A sandwich over blocks
-    of 1 s has 0.81 to 0.94, one with the residual's autocovariance 0.87 to 0.96.
-    """
-    unit = np.outer(scales(free), scales(free))
-    variance = max(normal.variance(record.samples), np.radians(SOLVERS_DEG) ** 2)
-    variance *= correlation_time(normal.residual, record.samples)
-    _, of_torque = measured_beside(normal, record, free)
-    torque = of_torque.T @ of_torque
-    data = normal.matrix - np.diag(normal.weight) - torque * record.misfit**2
-    return covariance_of(data / variance + np.diag(expected(free)[1]) + torque) * unit
-
-
-def measured_beside(normal: Normal, record: Record, free: Sequence[Free]) -> tuple[Array, Array]:
-    """What `normal_equations` were given as measured, (F,) and (F, P); F is 0 where nothing was."""
-    count = len(normal.further) - len(free)
-    return normal.further[:count] / record.misfit, normal.further_slope[:count] / record.misfit
 
 
 def correlations(covariance: Array) -> Array:

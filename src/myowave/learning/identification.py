@@ -65,7 +65,7 @@ class Identification:
 
     def judge(self) -> tuple[Tensor, Tensor, Tensor]:
         """Standard errors of the values (S, P), SI units, how far they are confounded, correlations (S, P, P), see
-        `identification.least_squares`, and `mse`. The first two are not a number where the motion diverges."""
+        `Fit.covariance`, and `mse`. The first two are not a number where the motion diverges."""
         unknown = np.full((len(self._free), len(self._free)), np.nan)
         covariances = [unknown if fit is None else fit.covariance() for fit in self._fitted()]
         errors = np.sqrt([np.diag(c) for c in covariances])
