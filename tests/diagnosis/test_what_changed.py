@@ -14,7 +14,7 @@ from myowave.data.simulate import simulate_trials
 from myowave.data.store import write_trials
 from myowave.diagnosis.changed.ask import Family, _candidates, what_changed
 from myowave.diagnosis.changed.by_trial import ByTrial, Differing, Directions, Point
-from myowave.diagnosis.changed.weigh import Weighing
+from myowave.diagnosis.changed.weigh import evidence, likeliest
 from myowave.diagnosis.changed.windows import Groups, Moving
 from myowave.diagnosis.likelihood.algebra import Weighed
 from myowave.diagnosis.report.change import change_page, changed_facts, tell_change
@@ -82,7 +82,7 @@ def groups(base):
     """Two trials of each group in which nothing has changed."""
     settings = SimulatedDataset(kind="simulated", trials=4, samples=600, test=("4",), seed=3, angle_noise_deg=0.2)
     record = make_record(simulate_trials("elbow", settings, base, {})[0], base)
-    return Groups(record, np.array([False, False, True, True]), base)
+    return Groups(record, np.array([False, False, True, True]), base, SCATTER)
 
 
 @pytest.mark.parametrize(
@@ -122,16 +122,15 @@ def test_what_a_trial_shows_hangs_on_its_own_value_alone(groups, effects, parame
 @pytest.mark.parametrize(("name", "value"), [("angle_scale", 0.1), ("hand_load", 0.1), ("constant_torque", 1.0)])
 def test_a_search_climbs_as_the_likelihood_does(groups, effects, name, value):
     (parameter, *_) = effects[name].parameters
-    weighing = Weighing(groups.by_errors(SCATTER))
-    nothing = Point(np.zeros(4), groups.plain, weighing.likeliest(groups.plain, {}))
+    nothing = Point(np.zeros(4), groups.plain, likeliest(groups.plain, {}))
 
     def windows(values):
         return groups.windows(effects[name], (f"{name}.{parameter}",), value * values)
 
-    by_trial = ByTrial(windows, -10.0, 10.0, weighing, nothing)
+    by_trial = ByTrial(windows, -10.0, 10.0, nothing)
     _, slope = by_trial._normal(nothing, np.eye(4))
     ahead, behind = (
-        [weighing.evidence(windows(step * trial), nothing.state.sizes) for trial in np.eye(4)] for step in (0.02, -0.02)
+        [evidence(windows(step * trial), nothing.state.sizes) for trial in np.eye(4)] for step in (0.02, -0.02)
     )
     np.testing.assert_allclose(slope, np.subtract(ahead, behind) / 0.04, rtol=0.02, atol=0.02)
 
@@ -157,7 +156,7 @@ def test_first_values_are_tried_within_bounds_while_each_is_likelier(monkeypatch
         return Point(values, None, Weighed({}, -((values[1] + 1.2) ** 2)))
 
     monkeypatch.setattr(ByTrial, "_point", point)
-    by_trial = ByTrial(None, low, 5.0, None, point(None, 0 * second, None))
+    by_trial = ByTrial(None, low, 5.0, point(None, 0 * second, None))
     assert by_trial._rise(sign * second).values == pytest.approx(last * second)
 
 
@@ -165,7 +164,7 @@ def test_errors_of_constants_are_shares_and_of_single_muscles_as_in_a_fit(base):
     trials = simulate_trials("elbow", SimulatedDataset(kind="simulated", trials=3, samples=300, test=("3",)), base, {})[
         0
     ]
-    groups = Groups(make_record(trials, base), np.array([False, True, True]), base)
+    groups = Groups(make_record(trials, base), np.array([False, True, True]), base, {})
     usual = base.muscles[0].nominal["delay"]
     assert usual == base.muscles[1].nominal["delay"]
     same = [
@@ -173,7 +172,7 @@ def test_errors_of_constants_are_shares_and_of_single_muscles_as_in_a_fit(base):
         {"delay": Scatter(relative=0.1)},
         {"delay_Bi": Scatter(relative=0.1), "delay_Tri": Scatter(absolute=0.1 * usual)},
     ]
-    one, *others = map(groups.by_errors, same)
+    one, *others = (replace(groups, scatter=scatter).by_errors for scatter in same)
     assert np.abs(one).max() > 0.01
     for other in others:
         np.testing.assert_allclose(other, one, rtol=1e-12)
@@ -244,7 +243,7 @@ def test_what_is_usual_counts_once(monkeypatch, information, likeliest):
     monkeypatch.setattr(ByTrial, "_point", point)
     monkeypatch.setattr(ByTrial, "_normal", normal)
     nothing = point(None, 0 * second, None)
-    found = ByTrial(None, -100.0, 100.0, None, nothing).differing(second, np.zeros((6, 0)))
+    found = ByTrial(None, -100.0, 100.0, nothing).differing(second, np.zeros((6, 0)))
     every = Directions.of(np.eye(6), second, np.zeros((6, 0)))
     exact = Differing(every, every.columns.T @ (likeliest * second), np.eye(5) / information, -nothing.state.value)
     assert found.change == pytest.approx(exact.change, abs=0.06)
@@ -265,7 +264,7 @@ def test_no_value_is_taken_for_likelier_beyond_its_bounds(monkeypatch):
     monkeypatch.setattr(ByTrial, "_point", point)
     monkeypatch.setattr(ByTrial, "_normal", normal)
     nothing = point(None, 0 * second, None)
-    found = ByTrial(None, -5.0, 5.0, None, nothing).differing(second, np.zeros((4, 0)))
+    found = ByTrial(None, -5.0, 5.0, nothing).differing(second, np.zeros((4, 0)))
     assert found.values == pytest.approx(5.0 * second) and found.nats == pytest.approx(64.0 - 9.0)
 
 

@@ -15,7 +15,7 @@ from scipy.special import softmax
 from myowave.data.trials import Array, Trials
 from myowave.diagnosis.causes import CAUSE_TITLES, LIKELY, NAMED, SILENT
 from myowave.diagnosis.changed.by_trial import ByTrial, Point
-from myowave.diagnosis.changed.weigh import Weighing
+from myowave.diagnosis.changed.weigh import likeliest
 from myowave.diagnosis.changed.windows import Groups, Windowed
 from myowave.diagnosis.likelihood.algebra import fewest
 from myowave.identification.record import make_record
@@ -177,17 +177,17 @@ def what_changed(
         raise ValueError(
             f"{', '.join(silent)}: found no EMG in one of the groups; expected a muscle that both recorded."
         )
-    recorded = Groups(make_record(both, base), second, base)
+    recorded = Groups(make_record(both, base), second, base, scatter)
     effects = list(effects)
     weighable = [e for e in effects if _weighable(base, e)]
     of_arm = [e for e in weighable if e.name not in OF_ELECTRODES]
     asked = of_arm if groups.electrodes_stayed else weighable
-    found = _ask(recorded, asked, scatter, report, workers)
+    found = _ask(recorded, asked, report, workers)
     control = None
     if len(groups.reference) > 1:
         report("control: the first group, split in two")
         first = range(len(groups.reference))
-        control = Family.of(_ask(recorded.take(first, first[1::2]), of_arm, scatter, report, workers))
+        control = Family.of(_ask(recorded.take(first, first[1::2]), of_arm, report, workers))
     of_electrodes = [c for c in found if c.effect in OF_ELECTRODES]
     return Answered(
         groups=groups,
@@ -262,20 +262,13 @@ def _change(effect: Effect, names: Sequence[str], electrode: str, p: Parameter) 
     return Change(effect.name, effect.title, tuple(dict.fromkeys(names)), electrode, p.unit, low, high, abs(p.typical))
 
 
-def _ask(
-    groups: Groups,
-    effects: Sequence[Effect],
-    scatter: Mapping[str, Scatter],
-    report: Callable[[str], None],
-    workers: int,
-) -> list[Change]:
+def _ask(groups: Groups, effects: Sequence[Effect], report: Callable[[str], None], workers: int) -> list[Change]:
     """The candidates of some effects, with what they explain."""
-    weighing = Weighing(groups.by_errors(scatter))
-    nothing = Point(np.zeros(len(groups.second)), groups.plain, weighing.likeliest(groups.plain, {}))
+    nothing = Point(np.zeros(len(groups.second)), groups.plain, likeliest(groups.plain, {}))
     sizes = ", ".join(f"{name} {size:.3g}" for name, size in nothing.state.sizes.items())
     report(f"nothing changed: {nothing.state.value:.1f} nats, {sizes}")
     found = []
-    weighed = (delayed(_weighed)(groups, weighing, nothing, effect) for effect in effects)
+    weighed = (delayed(_weighed)(groups, nothing, effect) for effect in effects)
     with parallel_config("loky", inner_max_num_threads=1):  # a job of Snakemake else gives each process all its cores
         for changes in Parallel(min(workers, cpu_count()), return_as="generator")(weighed):
             for change, values in changes:
@@ -288,7 +281,7 @@ def _ask(
     return found
 
 
-def _weighed(groups: Groups, weighing: Weighing, nothing: Point, effect: Effect) -> list[tuple[Change, Array]]:
+def _weighed(groups: Groups, nothing: Point, effect: Effect) -> list[tuple[Change, Array]]:
     """The candidates of an effect with what they explain, and their values in each trial."""
     second, found = groups.second.astype(float), []
     known = np.reshape([*groups.known.values()], (-1, len(second))).T
@@ -297,7 +290,7 @@ def _weighed(groups: Groups, weighing: Weighing, nothing: Point, effect: Effect)
         def windows(values: Array, c: Change = c) -> Windowed:
             return groups.windows(effect, c.parameters, values * c.typical)
 
-        by_trial = ByTrial(windows, c.low / c.typical, c.high / c.typical, weighing, nothing)
+        by_trial = ByTrial(windows, c.low / c.typical, c.high / c.typical, nothing)
         differing = by_trial.differing(second, known)
         value, low, high = (share * c.typical for share in differing.change)
         change = replace(c, value=value, interval=(low, high), changed=differing.changed, anyway=differing.anyway)

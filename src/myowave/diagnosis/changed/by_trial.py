@@ -19,7 +19,7 @@ from scipy.special import logsumexp
 from scipy.stats import multivariate_normal, norm
 
 from myowave.data.trials import Array
-from myowave.diagnosis.changed.weigh import Weighing
+from myowave.diagnosis.changed.weigh import evidence, likeliest, residual_of
 from myowave.diagnosis.changed.windows import Windowed
 from myowave.diagnosis.likelihood.algebra import Covariance, Weighed
 from myowave.identification.least_squares import descend
@@ -127,7 +127,6 @@ class ByTrial:
     windows: Callable[[Array], Windowed]  # of values (T,) between `low` and `high`
     low: float
     high: float
-    weighing: Weighing
     nothing: Point  # where all values are 0
 
     def differing(self, second: Array, known: Array) -> Differing:
@@ -152,7 +151,7 @@ class ByTrial:
 
     def _point(self, values: Array, near: Point) -> Point:
         windowed = self.windows(inside := values.clip(self.low, self.high))
-        return Point(inside, windowed, self.weighing.likeliest(windowed, near.state.sizes))
+        return Point(inside, windowed, likeliest(windowed, near.state.sizes))
 
     def _follow(self, point: Point, directions: Directions) -> tuple[Point, Differing]:
         """Gauss-Newton steps in some directions, and where they end."""
@@ -181,8 +180,8 @@ class ByTrial:
         more = self.windows(point.values + NUDGE * moved)
         slope = (more.left_by(now.strength) - now.left_by(now.strength)) / NUDGE
         along = now.motion.padded(slope)[..., None] * torch.eye(len(columns), dtype=torch.float64)[:, None]
-        information = Covariance(self.weighing.residual(now), sizes).inner(along, along).numpy()
+        information = Covariance(residual_of(now), sizes).inner(along, along).numpy()
         rises = NUDGE / 2 * np.diag(information)
         for t in np.flatnonzero(moved).tolist():
-            rises[t] += (self.weighing.evidence(now.but_one(more, t), sizes) - point.state.value) / NUDGE
+            rises[t] += (evidence(now.but_one(more, t), sizes) - point.state.value) / NUDGE
         return columns.T @ information @ columns, columns.T @ rises

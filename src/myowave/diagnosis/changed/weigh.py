@@ -12,7 +12,6 @@ Shapes: T trials, L windows, C electrodes.
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 import torch
@@ -38,49 +37,45 @@ SHAPE = (0.01, 0.2, 5.0)  # the same of smooth functions beside the usual curves
 TINY = 1e-6  # squared activation of a silent channel
 
 
-@dataclass(frozen=True)
-class Weighing:
-    """Everything but the change: what stays the same while candidates are weighed."""
+def residual_of(windowed: Windowed) -> Residual:
+    """The torque of the windows less that of the usual muscles, with all that may have made it."""
+    motion, padded, strength = windowed.motion, windowed.motion.padded, windowed.strength
+    size = float(np.sqrt((windowed.torque**2).mean()))
+    given = strength * windowed.usual
+    share = np.sqrt((given**2).mean(-1) / (windowed.activation**2).mean(-1).clip(TINY))
+    active = share[:, None] * windowed.activation
+    muscles = np.concatenate([a[:, None] * motion.smooth for a in active], -1)
+    valid = padded(np.ones(len(windowed.torque)))
+    each, by_tilt = padded(active.T), padded(windowed.by_tilt[:, None])
+    alike = _matern(padded(motion.time)) * valid[:, None] * valid[..., None]
+    # ASSUME: what is not explained of a trial's torque grows with it (noise of force does so: Jones, Hamilton &
+    # Wolpert 2002, cited from memory).
+    noise = (0.003 * size, 0.1 * size, size)
+    loaded = torch.from_numpy(windowed.sizes / size)[:, None, None] ** 2
+    components = (
+        Component("noise", loaded * torch.diag_embed(valid), None, None, *noise),
+        Component("lasting noise", loaded * alike, None, None, *noise),
+        Component("lean", LEAN_RAD**2 * by_tilt @ by_tilt.mT),
+        Component("posture", columns=padded(_posture(windowed))),
+        Component("drive", columns=padded(strength * windowed.by_errors.T)),
+        Component("strength", columns=padded(STRENGTH * given.T)),
+        Component("muscles", None, padded(muscles), None, *SHAPE),
+        Component("gain of a trial", each @ each.mT, None, None, *TRIAL_GAIN),
+        Component("noise of the EMG", each @ each.mT * alike, None, None, *EMG_NOISE),
+    )
+    return Residual(padded(windowed.left_by(strength)), valid > 0, components)
 
-    by_errors: Array  # as `Groups` has it
 
-    def residual(self, windowed: Windowed) -> Residual:
-        """The torque of the windows less that of the usual muscles, with all that may have made it."""
-        motion, padded, strength = windowed.motion, windowed.motion.padded, windowed.strength
-        size = float(np.sqrt((windowed.torque**2).mean()))
-        given = strength * windowed.usual
-        share = np.sqrt((given**2).mean(-1) / (windowed.activation**2).mean(-1).clip(TINY))
-        active = share[:, None] * windowed.activation
-        muscles = np.concatenate([a[:, None] * motion.smooth for a in active], -1)
-        valid = padded(np.ones(len(windowed.torque)))
-        each, by_tilt = padded(active.T), padded(windowed.by_tilt[:, None])
-        alike = _matern(padded(motion.time)) * valid[:, None] * valid[..., None]
-        # ASSUME: what is not explained of a trial's torque grows with it (noise of force does so: Jones, Hamilton &
-        # Wolpert 2002, cited from memory).
-        noise = (0.003 * size, 0.1 * size, size)
-        loaded = torch.from_numpy(windowed.sizes / size)[:, None, None] ** 2
-        components = (
-            Component("noise", loaded * torch.diag_embed(valid), None, None, *noise),
-            Component("lasting noise", loaded * alike, None, None, *noise),
-            Component("lean", LEAN_RAD**2 * by_tilt @ by_tilt.mT),
-            Component("posture", columns=padded(_posture(windowed))),
-            Component("drive", columns=padded(strength * self.by_errors.T)),
-            Component("strength", columns=padded(STRENGTH * given.T)),
-            Component("muscles", None, padded(muscles), None, *SHAPE),
-            Component("gain of a trial", each @ each.mT, None, None, *TRIAL_GAIN),
-            Component("noise of the EMG", each @ each.mT * alike, None, None, *EMG_NOISE),
-        )
-        return Residual(padded(windowed.left_by(strength)), valid > 0, components)
+def likeliest(windowed: Windowed, start: Mapping[str, float]) -> Weighed:
+    """The likeliest sizes of what made the torque, searched from others, and the log evidence of the measured
+    motion [nats]."""
+    found = most_likely(residual_of(windowed), (), start)
+    return Weighed(found.sizes, found.value + float(windowed.density.sum()))
 
-    def likeliest(self, windowed: Windowed, start: Mapping[str, float]) -> Weighed:
-        """The likeliest sizes of what made the torque, searched from others, and the log evidence of the measured
-        motion [nats]."""
-        found = most_likely(self.residual(windowed), (), start)
-        return Weighed(found.sizes, found.value + float(windowed.density.sum()))
 
-    def evidence(self, windowed: Windowed, sizes: Mapping[str, float]) -> float:
-        """The log evidence with given sizes [nats]."""
-        return log_evidence(self.residual(windowed), sizes) + float(windowed.density.sum())
+def evidence(windowed: Windowed, sizes: Mapping[str, float]) -> float:
+    """The log evidence with given sizes [nats]."""
+    return log_evidence(residual_of(windowed), sizes) + float(windowed.density.sum())
 
 
 def _matern(time: Tensor) -> Tensor:

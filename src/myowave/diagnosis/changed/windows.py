@@ -116,6 +116,7 @@ class Windowed:
     inertia: Array  # moment of inertia about the joint [kg m^2], (L,)
     activation: Array  # of each electrode's muscles (mean), (C, L)
     usual: Array  # the active torque of the model's muscles of each electrode, (C, L) [N m]
+    by_errors: Array  # what usual errors of the muscles do to torque, whatever has changed, (2 C, L) [N m]
 
     def but_one(self, other: "Windowed", trial: int) -> "Windowed":
         """The same, but for a trial, of which others show what they do."""
@@ -125,7 +126,8 @@ class Windowed:
             spread = np.where(np.arange(len(motion.counts)) != trial, motion.spread, theirs.spread)
             motion = replace(motion, mean=np.where(mine, motion.mean, theirs.mean), spread=spread)
         names = "torque", "by_tilt", "inertia", "activation", "usual"
-        return Windowed(motion, *(np.where(mine, getattr(self, name), getattr(other, name)) for name in names))
+        each = {name: np.where(mine, getattr(self, name), getattr(other, name)) for name in names}
+        return replace(self, motion=motion, **each)
 
     @property
     def sizes(self) -> Array:
@@ -157,6 +159,7 @@ class Groups:
     record: Record  # whole trials of both
     second: NDArray[np.bool_]  # which of them are of the second group, (T,)
     base: Model
+    scatter: Mapping[str, Scatter]  # standard deviations of what nobody measured
 
     @property
     def known(self) -> dict[str, Array]:
@@ -166,7 +169,7 @@ class Groups:
 
     def take(self, trials: Sequence[int], second: Sequence[int]) -> "Groups":
         """Some of the trials, of which some others than now are the second group."""
-        return Groups(self.record.take(list(trials)), np.isin(trials, second), self.base)
+        return replace(self, record=self.record.take(list(trials)), second=np.isin(trials, second))
 
     @cached_property
     def moving(self) -> Moving:
@@ -190,11 +193,13 @@ class Groups:
         activation, usual = self._of_muscles(self.moving, model, params)
         return replace(plain, activation=activation, usual=usual)
 
-    def by_errors(self, scatter: Mapping[str, Scatter]) -> Array:
+    @cached_property
+    def by_errors(self) -> Array:
         """What usual errors of `shape` and `delay` of the muscles of each electrode do to torque, (2 C, L) [N m]."""
         errors = {
             constant: {
-                m.name: deviation_of(f"{constant}_{m.name}", m.nominal[constant], scatter) for m in self.base.muscles
+                m.name: deviation_of(f"{constant}_{m.name}", m.nominal[constant], self.scatter)
+                for m in self.base.muscles
             }
             for constant in ("shape", "delay")
         }
@@ -203,7 +208,7 @@ class Groups:
 
     def _seen_by(self, moving: Moving, model: Model, params: Mapping[str, Tensor]) -> Windowed:
         parts = *self._of_joint(moving, model, params), *self._of_muscles(moving, model, params)
-        return Windowed(moving.motion, *parts)
+        return Windowed(moving.motion, *parts, self.by_errors)
 
     def _of_joint(self, moving: Moving, model: Model, params: Mapping[str, Tensor]) -> tuple[Array, Array, Array]:
         """Its torque, the derivative and inertia, from the arm as it is and leaning more, both without muscles."""
