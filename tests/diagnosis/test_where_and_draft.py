@@ -36,7 +36,7 @@ def test_the_missing_torque_is_the_hidden_one(effect, value, make_trials, base):
         hidden = -value["c"] * np.gradient(q, record.dt, axis=1)
     half = round(WINDOW_S / record.dt)
     test = (1 - (np.arange(-half, half + 1) / (half + 1)) ** 2) ** 3
-    trial = points["trial"].map(record.trials.index)
+    trial = points["trial"].map(record.names.index)
     centre = ((points["time_s"] - record.begin_s[trial]) / record.dt).round().astype(int)
     shown = [hidden[t, c - half : c + half + 1] @ test / test.sum() for t, c in zip(trial, centre, strict=True)]
     assert np.square(points["torque_Nm"] - shown).mean() < 0.04**2 * np.square(shown).mean()

@@ -29,12 +29,12 @@ def test_every_sample_is_in_one_piece_and_pieces_keep_what_is_known_of_their_tri
     pieces = record.cut(horizon_s)
     for name, angle in record.joined(record.angle).items():
         np.testing.assert_array_equal(pieces.joined(pieces.angle)[name], angle)
-    origin = [record.names.index(name) for name in pieces.trials]
+    origin = [record.names.index(name) for name in pieces.names]
     np.testing.assert_array_equal(pieces.known["load"], loads[origin])
     np.testing.assert_array_equal(pieces.training, record.training[origin])
     assert (pieces.lengths * record.dt >= min(horizon_s, 150 * record.dt) - 2 * record.dt).all()
     part = pieces.take([len(origin) - 1])
-    assert part.trials == (record.names[-1],) and part.emg.shape[1] == part.lead + part.angle.shape[1]
+    assert part.names == (record.names[-1],) and part.emg.shape[1] == part.lead + part.angle.shape[1]
 
 
 def test_a_piece_moves_as_the_trial_does_from_its_state_there(noisy, base):
@@ -43,7 +43,7 @@ def test_a_piece_moves_as_the_trial_does_from_its_state_there(noisy, base):
     noisy = replace(noisy, course=sway.expand(len(noisy.names), -1)[..., None])
     whole = simulate(noisy.simulation(base, {}), 0.6).state
     pieces = noisy.cut(0.5)
-    row = [noisy.names.index(name) for name in pieces.trials]
+    row = [noisy.names.index(name) for name in pieces.names]
     begin = np.round(pieces.begin_s / noisy.dt).astype(int)
     state = simulate(pieces.simulation(base, {}), *whole[row, begin].unbind(-1)).state
     for i, length in enumerate(pieces.lengths):

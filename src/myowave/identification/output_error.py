@@ -21,13 +21,7 @@ from torch import Tensor
 from myowave.data.trials import Array
 from myowave.identification import least_squares
 from myowave.identification.free_parameters import Free, bind_values, expected, moved, scales, start_values, within
-from myowave.identification.least_squares import (
-    LITTLE,
-    Normal,
-    bounded_step,
-    covariance_of,
-    normal_equations,
-)
+from myowave.identification.least_squares import LITTLE, Normal, bounded_step, covariance_of, normal_equations
 from myowave.identification.noise import SOLVERS_DEG, correlation_time
 from myowave.identification.record import Record
 from myowave.identification.torque import measured_torque

@@ -36,7 +36,7 @@ class Cut:
 class Record:
     """Trials of one subject as tensors, or pieces of trials that are predicted each from a start of its own."""
 
-    names: tuple[str, ...]  # of the trials
+    names: tuple[str, ...]  # of the trial that each row is, or is a piece of, (T,)
     dt: float
     emg: Tensor  # one channel per muscle, (T, L + N, M), the first L before those of the motion
     angle: NDArray[np.float64]  # measured [rad], (T, N)
@@ -70,11 +70,6 @@ class Record:
         return self if self.pieces is None else self.pieces.whole
 
     @property
-    def trials(self) -> tuple[str, ...]:
-        """The trial that each row is, or is a piece of, (T,)."""
-        return self.names if self.pieces is None else tuple(self.whole.names[i] for i in self.pieces.row)
-
-    @property
     def begin_s(self) -> NDArray[np.float64]:
         """When each row begins in its trial [s], (T,)."""
         return np.full(len(self.names), self.dt) * (0 if self.pieces is None else self.pieces.begin)
@@ -87,7 +82,7 @@ class Record:
     def joined(self, values: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
         """What is known at every sample (T, N), without padding, the pieces of each trial one after the other."""
         parts: dict[str, list[NDArray[np.float64]]] = {}
-        for name, row, valid in zip(self.trials, values, self.valid, strict=True):
+        for name, row, valid in zip(self.names, values, self.valid, strict=True):
             parts.setdefault(name, []).append(row[valid])
         return {name: np.concatenate(rows) for name, rows in parts.items()}
 
@@ -130,7 +125,7 @@ class Record:
         longest = int((end - begin).max())
         return replace(
             self.stretches(row, begin, longest, end - 1),
-            names=tuple(f"{self.names[i]} from {n * self.dt:.4g} s" for i, n in zip(row, begin, strict=True)),
+            names=tuple(self.names[i] for i in row),
             valid=np.arange(longest) < (end - begin)[:, None],
             pieces=Cut(self, row, begin, horizon_s),
             torque=None,  # said once, of whole trials, by the fit to torque

@@ -162,7 +162,7 @@ def missing_torque(fit: Fit) -> MissingTorque:
     angle, velocity = motion.state[trial, centre, :2].numpy().T
     points = pd.DataFrame(
         {
-            "trial": np.array(record.trials)[trial],
+            "trial": np.array(record.names)[trial],
             "time_s": record.begin_s[trial] + centre * dt,
             "angle_rad": angle,
             "velocity_rad_s": velocity,
