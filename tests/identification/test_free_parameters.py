@@ -1,7 +1,6 @@
 """What is estimated: constants that are wanted and all parameters of effects, but nothing that is known."""
 
 import numpy as np
-import pytest
 
 from myowave.identification.free_parameters import bounds, free_parameters, moved, scales, start_values
 from myowave.settings import Identify, Scatter
@@ -20,29 +19,16 @@ def test_an_effect_named_like_a_constant_is_estimated_once_though_the_constant_w
     assert [p.name for p in free] == [*(f"vmax_{m.name}" for m in model.muscles), "vmax_change.r"]
 
 
-def test_an_unknown_parameter_is_refused(base):
-    with pytest.raises(ValueError, match="no parameter f9_Bi"):
-        free_parameters(base, {"f9_Bi": Identify()}, ())
-
-
-def test_bounds_come_from_the_settings_for_constants_and_for_effects(base, effects):
-    model = base.with_effects([effects["joint_damping"]])
-    choice = {"f0_Bi": Identify(low=310.0, high=340.0), "joint_damping.c": Identify(low=0.0, high=0.1)}
-    free = free_parameters(model, choice, ())
-    assert [(p.low, p.high) for p in free] == [(310.0, 340.0), (0.0, 0.1)]
+def test_bounds_come_from_the_settings_for_constants_and_from_the_file_of_an_effect(base, effects):
+    model, damping = base.with_effects([effects["joint_damping"]]), effects["joint_damping"].parameters["c"]
+    free = free_parameters(model, {"f0_Bi": Identify(low=310.0, high=340.0)}, ())
+    assert [(p.low, p.high) for p in free] == [(310.0, 340.0), (damping.low, damping.high)]
     assert free[0].start == 310.0, "the model's value lies outside"
 
 
 def test_literature_values_bound_from_above_by_their_mean(base):
     (p,) = free_parameters(base, {"f0_Bi": Identify(literature=(100.0, 300.0))}, ())
     assert p.high == 200.0 and 0 < p.low < p.start == 200.0
-
-
-def test_a_constant_that_is_0_in_the_model_needs_bounds_which_are_then_its_size(base):
-    (p,) = free_parameters(base, {"pennation_Bi": Identify(low=0.0, high=0.5)}, ())
-    assert p.start == 0.0 and 0 < p.scale < 0.5
-    with pytest.raises(ValueError, match="pennation_Bi is 0 in the model.*low and high"):
-        free_parameters(base, {"pennation_Bi": Identify()}, ())
 
 
 def test_starts_depend_on_the_seed_and_stay_in_the_spread(base, free):

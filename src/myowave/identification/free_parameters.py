@@ -4,7 +4,7 @@ Shapes: S seeds, T trials, P free parameters, ... leading batch.
 """
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import torch
@@ -51,24 +51,13 @@ def free_parameters(
     of the model's effects.
 
     Args:
-        identify: parameters by name, with where their searches start and their bounds.
+        identify: constants by name, none of them 0 in the model, with where their searches start and their bounds.
         known: names that are known and so not estimated.
         scatter: what is known of constants that nobody measured, by constant (`slack`, of muscles without a group) or
             by parameter (`slack_Bi`).
-
-    Raises:
-        ValueError: for a name that the model does not have.
     """
-    if unknown := [name for name in identify if name not in model.defaults]:
-        raise ValueError(
-            f"identify: the model {model.name} has no parameter {', '.join(unknown)}; it has "
-            f"{', '.join(sorted(model.defaults))}. Correct the name, or add the effect to the model."
-        )
-    constants = [
-        _constant(name, model.defaults[name], choice)
-        for name, choice in identify.items()
-        if name not in model.effect_parameters and name not in known
-    ]
+    wanted = {name: choice for name, choice in identify.items() if name not in known}
+    constants = [_constant(name, model.defaults[name], choice) for name, choice in wanted.items()]
     # ASSUME: muscles of a group differ from the model as their group does, by the group's factors.
     grouped = {f"{c}_{muscle.name}" for muscle in model.muscles if muscle.group for c in muscle.nominal}
     scatter, assumed = scatter or {}, []
@@ -78,8 +67,7 @@ def free_parameters(
         deviation = 0.0 if name in grouped and name not in scatter else deviation_of(name, value, scatter)
         if deviation and name not in known and name not in identify:
             assumed.append(_assumed(name, value, deviation))
-    of_effects = (p for effect in model.effects for p in effect_parameters(model, effect, known))
-    return (*constants, *assumed, *(_narrowed(p, identify.get(p.name)) for p in of_effects))
+    return (*constants, *assumed, *(p for effect in model.effects for p in effect_parameters(model, effect, known)))
 
 
 def deviation_of(name: str, value: float, scatter: Mapping[str, Scatter]) -> float:
@@ -117,19 +105,9 @@ def _constant(name: str, value: float, choice: Identify) -> Free:
         high = float(np.mean(choice.literature))  # where Eq. 41 ends
         low = min(value, high) / WITHIN_FACTOR
     if low is None or high is None:
-        if not value:
-            raise ValueError(f"identify: {name} is 0 in the model, so its size is unknown; give low and high for it.")
         # ASSUME: a constant is within a factor of 5 of the model's value where no bounds are given.
         low, high = value / WITHIN_FACTOR, value * WITHIN_FACTOR
-    scale = abs(value) or (high - low) / WITHIN_FACTOR
-    return Free(name, min(max(value, low), high), low, high, scale, choice.start_spread)
-
-
-def _narrowed(free: Free, choice: Identify | None) -> Free:
-    """A parameter of an effect, within the bounds of the settings where they have some."""
-    if choice is None or choice.low is None or choice.high is None:
-        return free
-    return replace(free, start=min(max(0.0, choice.low), choice.high), low=choice.low, high=choice.high)
+    return Free(name, min(max(value, low), high), low, high, abs(value), choice.start_spread)
 
 
 def start_values(free: Sequence[Free], seeds: Sequence[int]) -> Array:
