@@ -154,19 +154,6 @@ def test_the_shortest_signal_a_level_allows_is_projected():
         assert np.isfinite(project(signal, level)).all()
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"wavelet": "bior2.2"}, "wavelet is 'bior2.2'; expected"),
-        ({"wavelet": "mexican hat"}, "wavelet is 'mexican hat'; expected"),
-        ({"levels": -1}, "level -1"),
-    ],
-)
-def test_wrong_choices_are_refused(trials, arguments, message):
-    with pytest.raises(ValueError, match=message):
-        decompose(trials, **({"levels": 1} | arguments))
-
-
 def test_what_belongs_to_the_trials_stays_at_every_scale(trials):
     for coarse in decompose(trials, 2).values():
         for field in ("dataset", "dt", "names", "channels", "lengths", "test", "conditions", "constants"):

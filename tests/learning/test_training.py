@@ -223,7 +223,7 @@ def test_a_checkpoint_of_another_arm_is_refused(rollout, effects):
 
 
 def test_a_finer_scale_without_a_checkpoint_is_refused(rollout):
-    with pytest.raises(ValueError, match="starts from the checkpoint"):
+    with pytest.raises(AssertionError, match="starts from the checkpoint"):
         next(train_scale(replace(rollout, total=2), level=0))
 
 

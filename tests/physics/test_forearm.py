@@ -10,7 +10,6 @@ import yaml
 from myowave.models import build_model
 from myowave.physics.dynamics import torques
 from myowave.physics.effects import SHIPPED, catalogue
-from myowave.physics.joint import forearm
 from myowave.physics.motion import simulate
 from myowave.physics.simulation import Simulation
 from myowave.physics.trajectory import solve
@@ -72,11 +71,6 @@ def test_derivatives_by_the_constants_of_a_rigid_body_are_those_of_the_motion(el
 def test_every_effect_acts_on_a_rigid_body(elbow):
     rod = replace(elbow, joint=ROD)
     assert not [effect.name for effect in SHIPPED if rod.refuses(effect)]
-
-
-def test_constants_of_no_kind_of_forearm_are_refused():
-    with pytest.raises(ValueError, match="found mass, com, load, tilt; expected mass and either length or"):
-        forearm({"mass": 1.0, "com": 0.2, "load": 0.0, "tilt": 0.0})
 
 
 # ---- from the configuration

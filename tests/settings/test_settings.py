@@ -162,6 +162,12 @@ def test_every_problem_is_reported_at_once():
     assert len(problems(config)) == 3
 
 
+@pytest.mark.parametrize(("key", "value"), [("name", "bior2.2"), ("name", "mexican hat"), ("levels", -1)])
+def test_only_orthogonal_wavelets_and_coarser_scales_are_taken(key, value):
+    (line,) = problems(changed(f"data.wavelet.{key}", value))
+    assert line.startswith(f"data.wavelet.{key} = {value!r}: expected")
+
+
 def test_trials_may_be_named_by_numbers():
     config = changed("data.datasets.case1.test", [3])
     config["data"]["datasets"]["case1"]["conditions"] = {4: {"load": 1.0}}

@@ -114,8 +114,6 @@ class Trials:
         """The named trials, in the order asked for, cut to the longest of them."""
         names = tuple(names)
         index = self.index(names)
-        if not names:
-            raise ValueError(f"dataset {self.dataset!r}: no trial is selected; choose from {list(self.names)}.")
         lengths = tuple(self.lengths[i] for i in index)
         samples = slice(max(lengths))
         return replace(

@@ -69,7 +69,7 @@ def max_level(samples: int, wavelet: str = "db2") -> int:
 
     For order-2 Daubechies this asks for 3 * 2^level samples.
     """
-    return pywt.dwt_max_level(samples, _filter_length(wavelet))
+    return pywt.dwt_max_level(samples, pywt.Wavelet(wavelet).dec_len)
 
 
 def estimate_noise(*signals: ArrayLike) -> float:
@@ -87,7 +87,7 @@ def estimate_noise(*signals: ArrayLike) -> float:
 
     Source: Donoho & Johnstone 1994, Ideal spatial adaptation by wavelet shrinkage, Biometrika 81.
     """
-    length = _filter_length(OF_NOISE)
+    length = pywt.Wavelet(OF_NOISE).dec_len
     details = []
     for signal in signals:
         signal = np.asarray(signal, dtype=np.float64)
@@ -105,7 +105,7 @@ def _interval_basis(samples: int, level: int, wavelet: str) -> tuple[csc_array, 
     """Scaling functions of one level cut to [0, samples), normalised, (samples, K), and the Cholesky factor of their
     Gram matrix, its lower bands as scipy.linalg.cholesky_banded gives them."""
     # ASSUME: beyond its ends a recording is unknown, and its coarse scales are the best fit of V_-j to what is known.
-    filter_length = _filter_length(wavelet)
+    filter_length = pywt.Wavelet(wavelet).dec_len
     spacing = 2**level
     # The discrete scaling function, Eq. 23 applied `level` times, with its zeros cut off.
     function = pywt.upcoef("a", [1.0], wavelet, level=level)[: (filter_length - 1) * (spacing - 1) + 1]
@@ -128,16 +128,9 @@ def _interval_basis(samples: int, level: int, wavelet: str) -> tuple[csc_array, 
     return basis, cholesky_banded(lower, lower=True)
 
 
-def _filter_length(wavelet: str) -> int:
-    if not any(wavelet in pywt.wavelist(family) for family in ("haar", "db", "sym", "coif")):
-        raise ValueError(f"wavelet is {wavelet!r}; expected haar, db1-db38, sym2-sym20 or coif1-coif17, such as 'db2'.")
-    return pywt.Wavelet(wavelet).dec_len
-
-
 def _check_level(samples: int, level: int, wavelet: str, where: str) -> None:
-    allowed = max_level(samples, wavelet)
-    if not 0 <= level <= allowed:
-        needed = (_filter_length(wavelet) - 1) * 2 ** max(level, 0)
+    if level > (allowed := max_level(samples, wavelet)):
+        needed = (pywt.Wavelet(wavelet).dec_len - 1) * 2**level
         raise ValueError(
             f"{where}: level {level} is asked of {samples} samples; expected 0 to {allowed} ({wavelet} needs "
             f"(filter length - 1) 2^level = {needed} samples). Use fewer scales or longer trials."

@@ -92,18 +92,17 @@ class Stage:
 
 
 def begin_stage(task: Task, level: int, before: Checkpoint | None = None) -> Stage:
-    """Training at scale [-level], from the checkpoint of the next coarser one. A ValueError if that does not fit or is
-    missing, the trials are too short, or the model lacks a wanted constant."""
+    """Training at scale [-level], from the checkpoint of the next coarser one. A ValueError if that does not fit
+    or the trials are too short."""
     recipe, trials = task.recipe, task.training_trials(level)
     free = free_parameters(task.model, task.wanted, trials.known(task.model.defaults))
     start = torch.from_numpy(start_values(free, task.seeds))
     if before is not None:
         before.require(**task.labels, level=level + 1, names=tuple(parameter.name for parameter in free))
         network, values = before.network, before.values.cpu()
-    elif level == task.total - 1:
-        network, values = fresh_network(task), start
     else:
-        raise ValueError(f"scale -{level} of {task.total} starts from the checkpoint of -{level + 1}; none given.")
+        assert level == task.total - 1, f"scale -{level} of {task.total} starts from the checkpoint of -{level + 1}"
+        network, values = fresh_network(task), start
     network = network.trainable(task.device)
     usable = torch.tensor(count_training_samples(trials, recipe.validation_fraction, network.history))
     inputs, angle = to_tensors(trials, task.device, network.architecture.known)

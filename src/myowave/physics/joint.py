@@ -6,10 +6,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from myowave.physics.constants import JOINT_CONSTANTS, names_of
-
 STANDARD_GRAVITY = 9.80665  # m/s^2
-_OF_ANY = {name for name, constant in JOINT_CONSTANTS.items() if constant.default is not None}
 
 
 @dataclass(frozen=True)
@@ -32,23 +29,12 @@ class Forearm:
 
 
 def kind_of_forearm(constants: Collection[str]) -> str:
-    """`point` or `body`: the kind of forearm that the names of a joint's constants describe.
-
-    Raises:
-        ValueError: if they are those of no kind.
-    """
-    for kind in ("point", "body"):
-        if set(constants) - _OF_ANY == {"mass", *names_of(JOINT_CONSTANTS, kind)}:
-            return kind
-    raise ValueError(f"joint: found {', '.join(constants)}; expected mass and either length or com, inertia and grip.")
+    """`point` or `body`: the kind of forearm that the names of a joint's constants describe."""
+    return "point" if "length" in constants else "body"
 
 
 def forearm(constants: Mapping[str, Tensor]) -> Forearm:
-    """The forearm that the constants of a joint describe; a point mass is Eqs. 55-56 of Taneja et al. 2023.
-
-    Raises:
-        ValueError: as `kind_of_forearm`.
-    """
+    """The forearm that the constants of a joint describe; a point mass is Eqs. 55-56 of Taneja et al. 2023."""
     c = constants
     if kind_of_forearm(c) == "body":
         return Forearm(c["mass"], c["com"], c["inertia"], c["grip"])
