@@ -125,13 +125,6 @@ class Model:
             "tendon": tuple(e for e in muscle if e.stateful),
         }
 
-    def check_names(self, names: Iterable[str]) -> None:
-        """Raises a ValueError for names that are no parameters of the model."""
-        if unknown := sorted(set(names) - set(self.defaults)):
-            raise ValueError(
-                f"model {self.name}: no parameter {', '.join(unknown)}; it has {', '.join(sorted(self.defaults))}"
-            )
-
     def drives(self, name: str) -> bool:
         """Whether a parameter changes the drive of the muscles: their excitation, or their activation."""
         effect, dot, _ = name.partition(".")

@@ -243,9 +243,6 @@ def simulate(simulation: Simulation, q0: Tensor | float, qdot0: Tensor | float =
 
     Args:
         q0, qdot0: joint angle and velocity at the first sample [rad, rad/s], broadcastable to (..., T).
-
-    Raises:
-        ValueError: for a parameter that the model does not have.
     """
     emg = simulation.emg
     q0, qdot0 = (torch.as_tensor(x, dtype=emg.dtype, device=emg.device) for x in (q0, qdot0))

@@ -67,9 +67,6 @@ class Simulation:
         lead: samples of EMG before the first sample of the motion, for muscles that answer late.
         course: how far the first V of the constants `OVER_TIME` are from their values for the trial at every sample of
             the motion, (..., T, N - lead, V); None where they stay there.
-
-    Raises:
-        ValueError: when parameters get values or change, for a name that the model does not have.
     """
 
     model: Model
@@ -163,7 +160,6 @@ class Simulation:
 
     def with_params(self, params: Params) -> "Simulation":
         """The same with other values for some parameters; it shares the drive if none of them changes it."""
-        self.model.check_names(params)
         changed = replace(self, params={**self.params, **params})
         if not any(self.model.drives(name) for name in params):
             kept = {name: value for name, value in vars(self).items() if name in ("drive", "drive_before")}
@@ -181,7 +177,6 @@ class Simulation:
         Returns:
             The simulation of all moved copies, (P, ..., T), and by how much each parameter was moved, (P,).
         """
-        self.model.check_names(wrt)
         nudges = reach * torch.tensor([*wrt.values()], dtype=self.emg.dtype, device=self.emg.device)
         values = along({name: self.params.get(name, self.model.defaults[name]) for name in wrt}, 0, self.emg)
         shifts = torch.diag(nudges).reshape(len(wrt), len(wrt), *(1,) * axes)

@@ -43,7 +43,6 @@ def linearise(simulation: Simulation, state: Tensor, wrt: Mapping[str, float]) -
         The steps with their Jacobian, and what a change of each parameter adds to the state within each step,
         (..., T, N - 1, K, P).
     """
-    simulation.model.check_names(wrt)
     if not wrt:
         linear = _by_differences(simulation, state)
         return linear, linear.after.new_zeros(*linear.after.shape, 0)
@@ -118,30 +117,20 @@ def _nudged_copies(
             yield [i for i, name in enumerate(wrt) if name in group], *simulation.nudged(group, reach, axes)
 
 
-def _early(drive: Drive) -> tuple[Tensor, Tensor]:
-    """Excitation and activation before effects with states, at the beginning, middle and end of each piece, (..., T, n,
-    3 S, M)."""
-    return drive.excitation[..., _ends(drive), :], drive.activation[..., _ends(drive), :]
-
-
-def _ends(drive: Drive) -> list[int]:
-    """Places of these among the points of a drive, where one piece ends as the next begins."""
-    return [2 * piece + point for piece in range(drive.pieces.shape[-1]) for point in range(3)]
-
-
 def _by_steps(
     simulation: Simulation, state: Tensor, drive: Drive, steps: slice, wrt: Mapping[str, float]
 ) -> tuple[Tensor, Tensor]:
     """Where steps lead, and the derivatives by their beginning and by parameters, (..., T, n, K) and
     (..., T, n, K, K + P)."""
-    model, size = simulation.model, state.shape[-1]
-    shape = state.shape[:-1]
+    model, size, shape = simulation.model, state.shape[-1], state.shape[:-1]
+    # Beginning, middle and end of each piece among the points of the drive, where one ends as the next begins.
+    places = [2 * piece + point for piece in range(drive.pieces.shape[-1]) for point in range(3)]
     with torch.enable_grad():
         begin = state.detach().movedim(-1, 0).contiguous().requires_grad_()
-        u, a = (_leaf(x, shape) for x in _early(drive))
+        u, a = (_leaf(x[..., places, :], shape) for x in (drive.excitation, drive.activation))
         valued, leaves = _valued_at(simulation, list(wrt), shape)
         timed = drive.instants(valued)
-        at = zip(_ends(drive), u.movedim(0, -1), a.movedim(0, -1), strict=True)
+        at = zip(places, u.movedim(0, -1), a.movedim(0, -1), strict=True)
         instants = [Instant(timed[place].valued, u_at, a_at) for place, u_at, a_at in at]
         q, qdot, states = unpack(model, begin.movedim(0, -1))
         for piece, h in enumerate(drive.pieces.unbind(-1)):

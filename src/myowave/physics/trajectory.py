@@ -71,9 +71,6 @@ def solve(
             Newton's method does not converge from it, the integrator's result is used.
         wrt: parameters to differentiate by, with the size of a usual change of each (sets the step of differences).
         near: Jacobian of the steps of a motion nearby, (..., T, N - 1, K, K): Newton's method begins with it.
-
-    Raises:
-        ValueError: for a parameter that the model does not have.
     """
     assert simulation.emg.dtype == torch.float64, "sensitivities by differences need double precision"
     wrt = dict(wrt or {})
