@@ -16,13 +16,7 @@ def grown(qdot: Tensor, s: Tensor | float = 0.0) -> Tensor:
 
 
 def friction_torque(qdot: Tensor, *, tau: Tensor, s: Tensor) -> Tensor:
-    """Torque [N m] against the motion, -tau tanh(qdot / v), v = 0.03 exp(s).
-
-    Args:
-        qdot: angular velocity [rad/s].
-        tau: friction in motion [N m].
-        s: logarithm of the velocity v over 0.03 rad/s [-].
-    """
+    """Torque [N m] against the motion, -tau tanh(qdot / v), v = 0.03 exp(s)."""
     return -tau * grown(qdot, s)
 
 

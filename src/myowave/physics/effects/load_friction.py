@@ -7,15 +7,8 @@ from myowave.physics.effects.coulomb_friction import GROWTH, grown
 
 
 def load_friction_torque(qdot: Tensor, torque: Tensor, gravity: Tensor, *, mu: Tensor, s: Tensor) -> Tensor:
-    """Torque [N m] against the motion, -mu |torque - gravity| tanh(qdot / v), v = 0.03 exp(s).
-
-    Args:
-        qdot: angular velocity [rad/s].
-        torque: what muscles and motor drive the joint with [N m].
-        gravity: torque of the weight [N m]; where the drive holds it, both press on the drive from its two sides.
-        mu: share of that load that is lost in friction [-].
-        s: logarithm of the velocity v over 0.03 rad/s [-].
-    """
+    """Torque [N m] against the motion, -mu |torque - gravity| tanh(qdot / v), v = 0.03 exp(s). Where the drive
+    holds the weight, both press on it, from its two sides."""
     return -mu * (torque - gravity).abs() * grown(qdot, s)
 
 

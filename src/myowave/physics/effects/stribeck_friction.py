@@ -12,13 +12,7 @@ USUAL = 0.5
 
 
 def stribeck_torque(qdot: Tensor, *, tau: Tensor, s: Tensor) -> Tensor:
-    """Torque [N m] against the motion, -tau exp(-(qdot / v)^2) tanh(qdot / 0.03), v = 0.5 exp(s).
-
-    Args:
-        qdot: angular velocity [rad/s].
-        tau: by how much friction near rest exceeds that in motion [N m].
-        s: logarithm of the velocity v over 0.5 rad/s [-].
-    """
+    """Torque [N m] against the motion, -tau exp(-(qdot / v)^2) tanh(qdot / 0.03), v = 0.5 exp(s)."""
     share = torch.exp(-((qdot / USUAL) ** 2) * torch.exp(-2.0 * s))
     return -tau * share * grown(qdot)
 
