@@ -1,9 +1,11 @@
 """From settings to a model: the only place that knows both an arm's settings and the physics they name."""
 
+from dataclasses import replace
+
 import torch
 
 from myowave.physics.constants import JOINT_CONSTANTS, MUSCLE_CONSTANTS, values_of
-from myowave.physics.curves import ACTIVE_LENGTH, FORCE_VELOCITY, PASSIVE, Curves
+from myowave.physics.curves import FAMILIES
 from myowave.physics.effects import catalogue
 from myowave.physics.model import Model, parse_model
 from myowave.physics.muscle import EXTENSOR, FLEXOR, Muscle
@@ -17,19 +19,15 @@ def build_model(name: str, physics: Physics) -> Model:
     """The model that a coordinate such as `base+joint_damping` names, with the muscles and effects of the settings. A
     ValueError for an effect that neither ships nor is in `physics.effect_files`, one that cannot act on the muscles'
     paths, a faulty effect file, or a faulty table of a path."""
-    velocity = FORCE_VELOCITY[physics.curves.force_velocity]
+    curves = physics.curves
+    length, passive = FAMILIES[curves.active_length].active_length, FAMILIES[curves.passive].passive
     base = Model(
         muscles=tuple(
             Muscle(n, SIDES[m.side], m.emg, values_of(MUSCLE_CONSTANTS, m, ""), _path(n, m), m.group or "")
             for n, m in physics.muscles.items()
         ),
         joint=values_of(JOINT_CONSTANTS, physics.joint, "", physics.joint.kind),
-        curves=Curves(
-            active_length=ACTIVE_LENGTH[physics.curves.active_length],
-            passive=PASSIVE[physics.curves.passive],
-            force_velocity=velocity.force_velocity,
-            slowing=velocity.slowing,
-        ),
+        curves=replace(FAMILIES[curves.force_velocity], active_length=length, passive=passive),  # with its slowing
     )
     return parse_model(name, base, catalogue(physics.effect_files))
 

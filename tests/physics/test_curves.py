@@ -6,13 +6,15 @@ import torch
 from scipy.interpolate import BPoly
 from scipy.optimize import brentq
 
-from myowave.physics.curves import ACTIVE_LENGTH, FORCE_VELOCITY, PASSIVE, THELEN
+from myowave.physics.curves import FAMILIES, THELEN
 from myowave.physics.muscle import activation
 
 LENGTHS = torch.linspace(0.0, 2.2, 44001, dtype=torch.float64)
 VELOCITIES = torch.linspace(-1.5, 1.5, 30001, dtype=torch.float64)
 STEEPEST = 60.0
-VELOCITY = {name: family.force_velocity for name, family in FORCE_VELOCITY.items()}
+ACTIVE_LENGTH = {name: family.active_length for name, family in FAMILIES.items()}
+PASSIVE = {name: family.passive for name, family in FAMILIES.items()}
+VELOCITY = {name: family.force_velocity for name, family in FAMILIES.items()}
 
 
 def slopes(curve, x):

@@ -1,17 +1,13 @@
 """Effects with a state of their own: equilibrium without lag, second order, and lags in the right direction."""
 
-from dataclasses import replace
-from functools import partial
-
 import numpy as np
 import pytest
 import torch
 
-from myowave.physics.curves import ACTIVE_LENGTH, FORCE_VELOCITY, PASSIVE
+from myowave.physics.curves import FAMILIES
 from myowave.physics.effects import catalogue
 from myowave.physics.effects.compliant_tendon import balanced, compliance, elongation
 from myowave.physics.motion import Pull, simulate
-from myowave.physics.muscle import hill_force
 from myowave.physics.simulation import Simulation
 
 DOUBLE = torch.float64
@@ -118,13 +114,12 @@ def test_a_stretching_tendon_carries_the_force_of_a_shorter_fibre_at_rest(elbow,
     assert force[0].item() == pytest.approx(expected.item(), abs=1e-6)
 
 
-@pytest.mark.parametrize("curves", ACTIVE_LENGTH)
+@pytest.mark.parametrize("curves", FAMILIES)
 def test_a_tendon_begins_with_the_force_of_its_fibre_however_long_and_soft_it_is(curves):
     a, length, velocity, slack, strain = torch.rand(5, 20_000, dtype=DOUBLE, generator=torch.manual_seed(0))
     a, length, velocity, slack, strain = 0.01 + 0.99 * a, 0.4 + 1.3 * length, velocity - 0.6, 3 * slack, 0.15 * strain
     strain.requires_grad_()
-    velocities = FORCE_VELOCITY["hill" if curves == "taneja" else curves]
-    hill = partial(hill_force, replace(velocities, active_length=ACTIVE_LENGTH[curves], passive=PASSIVE[curves]))
+    hill = FAMILIES[curves].force
 
     def begun(strain):
         rigid = hill(a, length, velocity)

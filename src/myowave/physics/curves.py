@@ -114,6 +114,10 @@ class Curves:
             velocity = velocity / (1.0 - self.slowing * (1.0 - activation))
         return activation * self.active_length(length) * self.force_velocity(velocity)
 
+    def force(self, activation: Tensor, length: Tensor, velocity: Tensor) -> Tensor:
+        """Force of a fibre in units of f0: its active force + f_P(l). Source: Taneja et al. 2023, Eqs. 45-46."""
+        return self.active(activation, length, velocity) + self.passive(length)
+
     def shaped(self, shape: Mapping[str, Tensor]) -> "Curves":
         """These curves in another shape. All of it is smooth, keeps force 1 at length 1 and velocity 0, and no force
         when shortening at v_max.
@@ -171,7 +175,4 @@ MILLARD = Curves(
 )
 
 # What `physics.curves` in config.yaml may name, curve by curve.
-_FAMILIES = {"taneja": TANEJA, "millard": MILLARD, "degroote": DEGROOTE, "thelen": THELEN}
-ACTIVE_LENGTH = {name: family.active_length for name, family in _FAMILIES.items()}
-PASSIVE = {name: family.passive for name, family in _FAMILIES.items()}
-FORCE_VELOCITY = {name.replace("taneja", "hill"): family for name, family in _FAMILIES.items()}  # with its slowing
+FAMILIES = {"taneja": TANEJA, "hill": TANEJA, "millard": MILLARD, "degroote": DEGROOTE, "thelen": THELEN}

@@ -14,7 +14,7 @@ import torch
 from torch import Tensor
 
 from myowave.physics.joint import gravity_torque
-from myowave.physics.muscle import fibre_state, hill_force
+from myowave.physics.muscle import fibre_state
 from myowave.physics.valued import Valued
 
 
@@ -64,7 +64,7 @@ def muscle_quantities(valued: Valued, q: Tensor, qdot: Tensor, activation: Tenso
 
     def forces(a: Tensor, length: Tensor, velocity: Tensor) -> tuple[Tensor, Tensor]:
         """Of fibres, as the curves have it and behind the effects without a state."""
-        base = force = hill_force(valued.curves, a, length, velocity)
+        base = force = valued.curves.force(a, length, velocity)
         fibre = {"base_force": base, "activation": a, "fibre_length": length, "fibre_velocity": velocity}
         for effect in valued.acting["fibre"]:
             force = effect({**known, **fibre, "force": force})

@@ -1,4 +1,4 @@
-"""One muscle: its activation (Eq. 2) and its force (Eqs. 45-50). Its path over the joint is in `path`.
+"""One muscle: its activation (Eq. 2) and its fibre (Eqs. 46-48); see `curves` for its force, `path` for its path.
 
 Every function acts element-wise; muscles stand side by side on the last axis M.
 """
@@ -88,14 +88,6 @@ def mean_of_antagonists(excitation: Tensor, side: Tensor) -> Tensor:
     return excitation @ share.transpose(-1, -2)
 
 
-def hill_force(curves: Curves, activation: Tensor, length: Tensor, velocity: Tensor) -> Tensor:
-    """Fibre force in units of f0: a f_AL(l) f_V(v) + f_P(l).
-
-    Source: Taneja et al. 2023, Eqs. 45-46.
-    """
-    return curves.active(activation, length, velocity) + curves.passive(length)
-
-
 def share_of(family: Curves) -> Callable[..., Tensor]:
     """The function of an effect that gives a share w of the force to other curves, in the shape of the base model's."""
 
@@ -110,7 +102,7 @@ def share_of(family: Curves) -> Callable[..., Tensor]:
         w: Tensor,
     ) -> Tensor:
         """Force of the fibre [f0] with a share w of the other curves and 1 - w of the base model's."""
-        other = hill_force(curves.in_shape(family), activation, fibre_length, fibre_velocity)
+        other = curves.in_shape(family).force(activation, fibre_length, fibre_velocity)
         return force + w * (other - base_force)
 
     return other_force
