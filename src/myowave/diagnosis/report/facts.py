@@ -37,7 +37,7 @@ def verdict_facts(diagnosis: Diagnosis) -> dict[str, Any]:
     return {
         "dataset": diagnosis.dataset,
         "electrodes": list(base.fit.model.channels),  # none on a limb or machine without muscles
-        "horizon_s": diagnosis.record.horizon_s,
+        "horizon_s": diagnosis.test.horizon_s,
         "verdict": verdict.kind,
         "effects": list(verdict.causes),
         "model": found.name,

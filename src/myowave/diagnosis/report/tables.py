@@ -53,7 +53,7 @@ def ladder_table(diagnosis: Diagnosis) -> pd.DataFrame:
     not visit."""
     named = {rung.name for rung in diagnosis.named}
     r2: Mapping[Any, float] = {}
-    if diagnosis.record.horizon_s is None:  # pieces start at measured states spread over all of the motion
+    if diagnosis.test.horizon_s is None:  # pieces start at measured states spread over all of the motion
         r2 = errors_by_trial(diagnosis).groupby(["model", "role"])["r2"].mean().to_dict()
     return pd.DataFrame(
         {
@@ -88,7 +88,7 @@ def errors_by_trial(diagnosis: Diagnosis) -> pd.DataFrame:
     trials = motion.groupby(["model", "trial", "role"], sort=False)
     mse, variance = trials["square"].mean(), np.degrees(trials["angle_rad"].std(ddof=0)) ** 2
     errors = pd.DataFrame({"rmse_deg": np.sqrt(mse), "r2": 1 - mse / variance}).reset_index()
-    return errors.assign(noise_deg=diagnosis.noise_deg, horizon_s=diagnosis.record.horizon_s)
+    return errors.assign(noise_deg=diagnosis.noise_deg, horizon_s=diagnosis.test.horizon_s)
 
 
 def predictions_table(diagnosis: Diagnosis) -> pd.DataFrame:

@@ -52,9 +52,7 @@ class Diagnosis:
     """All that was found; tables and pictures only show it."""
 
     dataset: str
-    # record, test: all trials, and those that no fit has seen; in pieces where whole trials diverge
-    record: Record
-    test: Record
+    test: Record  # the trials that no fit has seen; in pieces where whole trials diverge
     verdict: Verdict  # what the evidence allows to say
     rungs: tuple[Rung, ...]  # the base model, then what the search added, one effect more each
     named: tuple[Rung, ...]  # further models that somebody asked for; they decide nothing
@@ -73,7 +71,7 @@ class Diagnosis:
     def noise_deg(self) -> float:
         """Noise of the angle [deg]; of a filtered one what the filter has left of it. What a model leaves that does not
         follow is not noise."""
-        return float(np.degrees(self.verdict.answer.angle_noise if self.verdict.follows else self.record.noise))
+        return float(np.degrees(self.verdict.answer.angle_noise if self.verdict.follows else self.test.noise))
 
 
 def diagnose(
@@ -133,7 +131,7 @@ def diagnose(
     nameless = verdict.follows and not verdict.answer.of_shapes
     draft = draft_effect(missing, verdict.answer.best.view) if nameless else Draft()
     proposals = _proposals(verdict, effects)
-    return Diagnosis(trials.dataset, record, test, verdict, rungs, tuple(named), proposals, draft, failed)
+    return Diagnosis(trials.dataset, test, verdict, rungs, tuple(named), proposals, draft, failed)
 
 
 def weigh(
