@@ -54,7 +54,7 @@ def lasso(trials: Trials, base: Model, effects: Mapping[str, Effect]) -> list[st
 
 def _left(model: Model, record: Record, params: Mapping[str, float]) -> Array:
     """Torque that a model leaves in every window of all trials [N m]."""
-    balance = TorqueBalance.of(model, record)
+    balance = TorqueBalance.along(Along(model, record, {}))
     torques = balance.torques(params)
     return (torques.needed - torques.given)[balance.inside]
 

@@ -86,20 +86,6 @@ class TorqueBalance:
         return cls(along.model, record, q, qdot, states, position[..., None], moved[:, :count], merged)
 
     @classmethod
-    def of(cls, model: Model, record: Record) -> "TorqueBalance":
-        """The same for any parameters.
-
-        Raises:
-            ValueError: if no trial is as long as a window, or the model has effects that no angle shows.
-        """
-        if unseen := effects_unseen_by_angle(model):
-            raise ValueError(f"the measured angle says nothing of the states of {', '.join(unseen)}")
-        balance = cls.along(Along(model, record, {}))
-        if not balance.inside.any():
-            raise ValueError(f"no trial is as long as the {2 * HALF_WIDTH_S:g} s that a torque is taken over")
-        return balance
-
-    @classmethod
     def between_kinks(cls, model: Model, record: Record) -> "TorqueBalance":
         """Along the measured angle as it is; the model must have no `effects_unseen_by_angle`."""
         assert not effects_unseen_by_angle(model), model.name
@@ -211,19 +197,18 @@ class TorqueFit:
     covariance: Array
 
 
-def fit_torque(model: Model, record: Record, free: Sequence[Free]) -> TorqueFit:
-    """Fit a model to the torque that the measured motion of all trials in a record needs.
+def fit_torque(model: Model, record: Record, free: Sequence[Free]) -> TorqueFit | None:
+    """Fit a model to the torque that the measured motion of all trials in a record needs; None where no trial is as
+    long as a window, nothing drives the arm, the model has effects that no angle shows, or sums are not finite.
 
     Args:
         record: whole trials.
-
-    Raises:
-        ValueError: if no trial is long enough, nothing drives the arm, the model has effects that no angle shows, or
-            sums are not finite.
     """
-    balance = TorqueBalance.of(model, record)
+    if effects_unseen_by_angle(model):
+        return None
+    balance = TorqueBalance.along(Along(model, record, {}))
     if not balance.torques({}).given.any():  # an effect may brake it, but what is left is all of what is needed
-        raise ValueError("nothing drives the arm, so there is no torque to compare")
+        return None
     values = np.array([p.start for p in free])
     for _ in range(ROUNDS):
         for found in search(balance.scaled(free, values), free, values[None], STEPS, GAIN):
@@ -231,7 +216,7 @@ def fit_torque(model: Model, record: Record, free: Sequence[Free]) -> TorqueFit:
     _, slope = linearise(balance.scaled(free, values), free, values)
     unit = np.outer(scales(free), scales(free))
     if not np.isfinite(slope).all():
-        raise ValueError("the torque of the muscles is not finite")
+        return None
     return TorqueFit(tuple(free), values, covariance_of(slope.T @ slope) * unit)
 
 
@@ -247,7 +232,7 @@ def measured_torque(model: Model, record: Record, free: Sequence[Free], values: 
     """
     if record.torque is None or record.pieces is not None or effects_unseen_by_angle(model):
         return None
-    balance = TorqueBalance.of(model, record)
+    balance = TorqueBalance.along(Along(model, record, {}))
     if balance.measured is None or not balance.seen.any():
         return None
     measured, seen = balance.measured[balance.seen], balance.seen
