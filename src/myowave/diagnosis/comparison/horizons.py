@@ -16,10 +16,8 @@ from numpy.typing import NDArray
 
 from myowave.data.trials import Array
 from myowave.diagnosis.comparison.baselines import EMG_ONLY, HOLD, POSTURE, SAME_SPEED, fit_linear, polynomial
-from myowave.identification.along import Along
+from myowave.identification.along import Along, Index
 from myowave.identification.record import Record
-
-Index = NDArray[np.int64]
 
 # ASSUME: the state at a restart is the smoothed measured one; it looks 0.175 s ahead, for all predictors alike.
 HORIZONS_S = (0.1, 0.2, 0.5, 1.0, 2.0)

@@ -6,14 +6,13 @@ Shapes: T trials, W waves of a trial, E parameters of effects.
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from itertools import combinations
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 from torch import Tensor
 
 from myowave.data.trials import Array
-from myowave.diagnosis.likelihood.algebra import Covariance, Weighed, log_share_within, most_likely
+from myowave.diagnosis.likelihood.algebra import Covariance, Key, Weighed, log_share_within, most_likely
 from myowave.diagnosis.likelihood.components import residual_above, usual_strength
 from myowave.diagnosis.likelihood.hypothesis import Hypothesis
 from myowave.diagnosis.search.score import ScoreTest, score_effects
@@ -21,8 +20,6 @@ from myowave.identification.free_parameters import bounds, scales
 from myowave.physics.effect import Effect
 
 VISIBLE = 1.0  # information [-] below which an effect is worth no place in a pair
-
-Key = TypeVar("Key")
 
 
 @dataclass(frozen=True)
