@@ -61,9 +61,11 @@ def give_values(model: Model, params: Params, like: Tensor) -> Valued:
         like: a tensor whose dtype and device the values take.
 
     Raises:
-        ValueError: for an effect that returns values for what is no constant.
+        ValueError: for a name the model does not have, or an effect that returns values for what is no constant.
     """
-    assert params.keys() <= model.defaults.keys(), f"model {model.name} has no {params.keys() - model.defaults.keys()}"
+    if unknown := sorted(params.keys() - model.defaults.keys()):
+        has = ", ".join(sorted(model.defaults))
+        raise ValueError(f"model {model.name}: no parameter {', '.join(unknown)}; it has {has}")
     full = {name: torch.atleast_1d(value) for name, value in along({**model.defaults, **params}, 0, like).items()}
     muscle = {c: _stack([full[f"{c}_{m.name}"] for m in model.muscles], like) for c in model.common_constants}
     muscle |= _scaled(model, muscle, full)
