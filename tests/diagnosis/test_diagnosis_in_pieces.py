@@ -16,6 +16,7 @@ from myowave.diagnosis.scoring import add_truth
 from myowave.diagnosis.search import diagnose as search
 from myowave.diagnosis.search.diagnose import diagnose, weigh
 from myowave.diagnosis.search.weigh import weigh_models
+from myowave.identification.least_squares import FitError
 from myowave.identification.output_error import fit_from
 from myowave.identification.prediction import predict
 from myowave.identification.record import make_record
@@ -24,7 +25,7 @@ from myowave.settings import DiagnosisSettings
 
 
 def _refuse(q, qdot, activation, *, c):
-    raise ValueError("no motion with this effect")
+    raise FitError("no motion with this effect")
 
 
 def _blow_up(q, qdot, activation, *, c):
@@ -77,7 +78,7 @@ def test_a_model_is_led_to_whole_trials_by_what_it_lacks(make_trials, base, effe
 
 
 def _diverge(*_):
-    raise ValueError("it diverges")
+    raise FitError("it diverges")
 
 
 @pytest.mark.parametrize("step, does", [("lengthen", lambda fit, *_: fit), ("lengthen", _diverge), ("refit", _diverge)])

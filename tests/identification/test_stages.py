@@ -8,9 +8,10 @@ import torch
 
 from myowave.identification import output_error, stages
 from myowave.identification.free_parameters import Free
+from myowave.identification.least_squares import FitError
 from myowave.identification.output_error import Fit, fit_from, fit_model, polish
 from myowave.identification.prediction import predict
-from myowave.identification.stages import fit_in_stages, lengthen, over_short_pieces
+from myowave.identification.stages import attempt_fit, fit_in_stages, lengthen, over_short_pieces
 from myowave.identification.torque import fit_torque
 from myowave.physics.motion import simulate
 
@@ -18,6 +19,20 @@ from myowave.physics.motion import simulate
 @pytest.fixture(scope="module")
 def noisy(make_noisy):
     return make_noisy(0.3)
+
+
+def _fails(error):
+    def fit():
+        raise error
+
+    return fit
+
+
+def test_a_fit_may_fail_but_an_error_of_its_code_is_none_of_its_failures():
+    for failure in (FitError("no motion"), np.linalg.LinAlgError("singular"), torch.linalg.LinAlgError("singular")):
+        assert attempt_fit(_fails(failure)) is None
+    with pytest.raises(ValueError, match="could not be broadcast"):
+        attempt_fit(lambda: np.zeros(2) + np.zeros(3))
 
 
 @pytest.mark.parametrize("horizon_s", [0.5, 0.7, 100.0])

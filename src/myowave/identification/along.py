@@ -123,7 +123,8 @@ class Along:
             at = time + ahead[i, :length]
             inside = at.clip(0.0, time[-1])
             edge = np.where(at < inside, slope[i, 0], slope[i, length - 1])
-            moved[i, :length] = make_interp_spline(time, values[i, :length], k=3)(inside) + (at - inside) * edge
+            curve = make_interp_spline(time, values[i, :length], k=3, check_finite=False)  # its caller looks
+            moved[i, :length] = curve(inside) + (at - inside) * edge
             moved[i, length:] = moved[i, length - 1]
         return moved
 

@@ -25,6 +25,11 @@ from myowave.physics.trajectory import Sensitive
 Point = TypeVar("Point")
 Residual = Callable[[Array], Array]  # of parameters (..., P), (..., R)
 
+
+class FitError(ValueError):
+    """There is no fit: no motion is found, nothing tells what is fitted, or sums are not finite."""
+
+
 LARGEST = 1e6  # of residuals [rad] and slopes: where a motion diverges, its sums are large and not infinite
 NEGLIGIBLE = 1e-14  # eigenvalues below this share of the largest are rounding
 UNSEEN = 1e-12  # the same, of what imitates an effect

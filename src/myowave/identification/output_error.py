@@ -21,7 +21,7 @@ from torch import Tensor
 from myowave.data.trials import Array
 from myowave.identification import least_squares
 from myowave.identification.free_parameters import Free, bind_values, expected, moved, scales, start_values, within
-from myowave.identification.least_squares import LITTLE, Normal, bounded_step, covariance_of, normal_equations
+from myowave.identification.least_squares import LITTLE, FitError, Normal, bounded_step, covariance_of, normal_equations
 from myowave.identification.noise import SOLVERS_DEG, correlation_time
 from myowave.identification.record import Record
 from myowave.identification.torque import measured_torque
@@ -241,7 +241,7 @@ def fit_model(
         starts: searches, the first from `Free.start`, the others up to `Free.spread` away; more from `further` (P,).
 
     Raises:
-        ValueError: if the model is not able to move from any of the starts.
+        FitError: if the model is not able to move from any of the starts.
     """
     usual = np.array([p.start for p in free])
     around = start_values(free, range(1, starts))
@@ -266,7 +266,7 @@ def _survivors(model: Model, record: Record, free: Sequence[Free], values: Array
         search = search.lifted().better_half()
     fits = [fit for fit in search.fits() if fit is not None]
     if not fits:
-        raise ValueError(
+        raise FitError(
             f"model {model.name}: its motion diverges from every start of the fit. Check the units of the recording "
             "and the constants of the arm's muscles."
         )

@@ -13,6 +13,7 @@ import torch
 
 from myowave.data.trials import Array
 from myowave.identification.free_parameters import Free
+from myowave.identification.least_squares import FitError
 from myowave.identification.output_error import Fit, fit_from, fit_model, fit_simulated
 from myowave.identification.prediction import predict
 from myowave.identification.record import Record
@@ -24,7 +25,7 @@ Found = TypeVar("Found", Fit, TorqueFit)
 HORIZONS_S = (0.5, 1.0, 2.0)
 ENOUGH = 0.5  # share of the motion to be explained over longer pieces; what misses more is far from linear
 # No motion is found, or a matrix is singular or not finite.
-FAILURES = (ValueError, torch.linalg.LinAlgError)  # type: ignore[attr-defined]
+FAILURES = (FitError, np.linalg.LinAlgError, torch.linalg.LinAlgError)  # type: ignore[attr-defined]
 ENOUGH_PIECES = 80  # to see what a model lacks: 40 s of motion, where a hundred values are unknown at most
 
 
@@ -39,7 +40,7 @@ def fit_in_stages(model: Model, record: Record, free: Sequence[Free], starts: in
         A fit whose `record` says the horizon: `record.horizon_s` is None for whole trials.
 
     Raises:
-        ValueError: if the model has no motion even over the shortest horizon from its usual values.
+        FitError: if the model has no motion even over the shortest horizon from its usual values.
     """
     torque = attempt_fit(lambda: fit_torque(model, record, free))
     # Torque diverges nowhere, so its values often lead to a lower valley than any that are spread about the usual ones.

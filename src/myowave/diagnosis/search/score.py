@@ -21,7 +21,7 @@ from scipy.linalg import eigh
 
 from myowave.data.trials import Array
 from myowave.identification.free_parameters import Free, bind_values, bounds, effect_parameters, scales
-from myowave.identification.least_squares import correlations, gain_of, scaled_slope
+from myowave.identification.least_squares import FitError, correlations, gain_of, scaled_slope
 from myowave.identification.output_error import TOLERANCE, Fit
 from myowave.identification.stages import FAILURES
 from myowave.physics.effect import Effect
@@ -82,7 +82,7 @@ def _score_or_reason(fit: Fit, effect: Effect) -> ScoreTest:
 
 
 def score_effect(fit: Fit, effect: Effect) -> ScoreTest:
-    """Score one effect; see the module. A ValueError if the model with the effect has no finite derivatives along the
+    """Score one effect; see the module. A FitError if the model with the effect has no finite derivatives along the
     motion of the fit."""
     model = fit.model.with_effects([effect])
     free = effect_parameters(model, effect)
@@ -130,7 +130,7 @@ def _start(fit: Fit, model: Model, free: tuple[Free, ...]) -> Fit:
         of_others = torch.nn.functional.pad(old.tangent, (0, 0, 0, model.state_size - fit.model.state_size))
     count = len(fit.free)
     if not np.isfinite(added.numpy()[:, record.valid]).all():
-        raise ValueError(f"{model.name}: the derivatives along the fitted motion are not finite.")
+        raise FitError(f"{model.name}: the derivatives along the fitted motion are not finite.")
     sensitive = Sensitive(
         motion=motion,
         by_parameter=torch.cat([old.by_parameter, added]),
