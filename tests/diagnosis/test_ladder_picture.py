@@ -45,5 +45,8 @@ def test_titles_of_pictures_say_what_was_found():
         columns=["model", "effect", "log_odds", "status"],
     )
     panels = draw_ranking(ranking, {"joint_damping": "damping of the joint"}).axes
-    assert panels[0].get_title() == "muscle model: most evidence for damping of the joint; best 1 of 1"
+    assert (
+        panels[0].get_title().replace("\N{NO-BREAK SPACE}", " ")
+        == "muscle model: most evidence for damping of the joint; best 1 of 1"
+    )
     assert "damping of the joint: no effect has evidence" in panels[1].get_title().replace("\n", " ")

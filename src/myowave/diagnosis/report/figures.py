@@ -209,7 +209,7 @@ def draw_ranking(ranking: pd.DataFrame, titles: Mapping[str, str]) -> Figure:
         axis.set_xlim(min(-3.0, rows["log_odds"].min() * 1.2), max(10.0, rows["log_odds"].max() * 1.5))
         best = rows.iloc[-1] if len(rows) and rows["log_odds"].iloc[-1] > SURE else None
         finding = "no effect has evidence" if best is None else f"most evidence for {called(best['effect'], titles)}"
-        shown = f"best {len(rows)} of {(ranking['model'] == model).sum()}"
+        shown = f"best {len(rows)} of {(ranking['model'] == model).sum()}".replace(" ", "\N{NO-BREAK SPACE}")
         axis.set_title(wrapped(f"{described(model, titles)}: {finding}; {shown}", width=70))
         axis.grid(axis="y", linestyle=":")
     axes[-1, 0].set_xlabel("log odds of the model with the effect [nats]; dotted: 19 to 1, 95 %")
