@@ -64,8 +64,18 @@ def test_an_effect_that_cannot_be_fitted_is_a_row_with_its_reason(diagnosis):
     assert row["status"] == "failed" and "no motion with this effect" in row["reason"]
 
 
-def test_a_model_is_led_to_whole_trials_by_what_it_lacks(make_trials, base, effects, free, make_fit):
-    """What a model lacks may be why it follows nothing, so the search does not end where it does not follow."""
+def _diverge(*_):
+    raise FitError("it diverges")
+
+
+@pytest.mark.parametrize("nearby", [True, False])
+def test_a_model_is_led_to_whole_trials_by_what_it_lacks(
+    make_trials, base, effects, free, make_fit, monkeypatch, nearby
+):
+    """What a model lacks may be why it follows nothing, so the search does not end where it does not follow, nor where
+    it has no motion near the one that it is led to."""
+    if not nearby:
+        monkeypatch.setattr(search, "refit", _diverge)
     hidden = {"joint_damping": {"c": 1.0}}
     whole = make_record(make_trials(hidden), base).train
     lost = fit_from(base, whole.cut(0.5), free, np.array([[0.9 * p.start for p in free]]))
@@ -77,11 +87,9 @@ def test_a_model_is_led_to_whole_trials_by_what_it_lacks(make_trials, base, effe
     assert alone.objective == pytest.approx(make_fit(hidden).objective, rel=0.01), "as where it follows by itself"
 
 
-def _diverge(*_):
-    raise FitError("it diverges")
-
-
-@pytest.mark.parametrize("step, does", [("lengthen", lambda fit, *_: fit), ("lengthen", _diverge), ("refit", _diverge)])
+@pytest.mark.parametrize(
+    "step, does", [("lengthen", lambda fit, *_: fit), ("lengthen", _diverge), ("_alone", lambda *_: None)]
+)
 def test_where_only_pieces_are_followed_nothing_is_named(make_trials, base, effects, free, monkeypatch, step, does):
     """Or what leaves the model without it no motion over whole trials, to be set beside."""
     monkeypatch.setattr(search, step, does)

@@ -63,7 +63,7 @@ def lengthen(fit: Fit, record: Record, free: Sequence[Free]) -> Fit:
     for horizon_s in (*HORIZONS_S[1:], None):
         if predicted(fit) < ENOUGH:
             break  # ASSUME: what does not follow so long from measured states follows no longer
-        longer = _next(fit.model, record if horizon_s is None else record.cut(horizon_s), free, fit.values)
+        longer = fit_nearby(fit.model, record if horizon_s is None else record.cut(horizon_s), free, fit.values)
         if longer is None or share_explained(longer.record, longer.residual) < ENOUGH:
             break
         fit = longer
@@ -104,8 +104,9 @@ def share_explained(record: Record, residual: Array) -> float:
     return 1.0 - float((residual**2).sum()) / max(float((((angle - mean) * valid) ** 2).sum()), 1e-300)
 
 
-def _next(model: Model, record: Record, free: Sequence[Free], values: Array) -> Fit | None:
-    """The fit from given values (P,): from the measured motion, else from the one that the values simulate."""
+def fit_nearby(model: Model, record: Record, free: Sequence[Free], values: Array) -> Fit | None:
+    """The fit from given values (P,): from the measured motion, else from the one that the values simulate; None where
+    neither leads to one."""
     fit = attempt_fit(lambda: fit_from(model, record, free, values[None]))
     return fit or attempt_fit(lambda: fit_simulated(model, record, free, values))
 

@@ -23,7 +23,14 @@ from myowave.identification.free_parameters import Free, free_parameters
 from myowave.identification.output_error import Fit, refit
 from myowave.identification.prediction import Prediction, predict
 from myowave.identification.record import Record, make_record
-from myowave.identification.stages import FAILURES, attempt_fit, fit_in_stages, lengthen, over_short_pieces
+from myowave.identification.stages import (
+    FAILURES,
+    attempt_fit,
+    fit_in_stages,
+    fit_nearby,
+    lengthen,
+    over_short_pieces,
+)
 from myowave.physics.effect import Effect
 from myowave.physics.model import Model
 from myowave.settings import DiagnosisSettings, Identify, Scatter
@@ -159,12 +166,22 @@ def weigh(
         best = found.best.fit
         led = attempt_fit(lambda: lengthen(best, whole, best.free))
         led = None if led is None or led.record.pieces is not None else led
-        alone = None if led is None else attempt_fit(partial(refit, led, fit.model, free))
+        alone = None if led is None else _alone(led, fit.model, free)
         if led is None or alone is None:
             return _verdict(fit, found, effects)
         fit = alone
         report(f"stages: {led.model.name}, found over short pieces, follows whole trials")
     return _verdict(fit, weigh_models(fit, effects, led, report), effects)
+
+
+def _alone(led: Fit, base: Model, free: Sequence[Free]) -> Fit | None:
+    """The model without the effects that led it to whole trials, fitted to these; None where it has no motion there.
+
+    What it lacks may be why it has none near the measured motion, or that of the fit with effects; then the one that
+    its values simulate has to do, however far off.
+    """
+    values = np.array([led.parameters[p.name] for p in free])
+    return attempt_fit(partial(refit, led, base, free)) or fit_nearby(base, led.record, free, values)
 
 
 def _verdict(fit: Fit, found: Posterior, effects: Sequence[Effect]) -> Verdict:
