@@ -20,13 +20,18 @@ SOLVERS_DEG = 0.005
 
 
 def noise_of(angles: Sequence[Array], known_deg: float | None) -> float:
-    """Standard deviation of the noise of measured angles, (N_i,) each [rad]: known, else from their finest scales, of
-    angles resampled along straight lines from those of the values that were measured."""
-    knots = knots_of(angles) if known_deg is None else None
-    if knots is not None and min(map(len, angles)) > FEWEST_OF_NOISE * knots:
-        angles = [straight(len(angle), knots, at_knots=True) @ angle for angle in angles]
-    noise = estimate_noise(*angles) if known_deg is None else np.radians(known_deg)
+    """Standard deviation of the noise of measured angles, (N_i,) each [rad]: known, else what they show of it."""
+    noise = roughness_of(angles) if known_deg is None else np.radians(known_deg)
     return max(float(noise), float(np.radians(SMALLEST_NOISE_DEG)))
+
+
+def roughness_of(signals: Sequence[Array]) -> float:
+    """Standard deviation of the noise that measured signals, (N_i,) each, show in their finest scales, resampled along
+    straight lines from those of the values that were measured."""
+    knots = knots_of(signals)
+    if knots is not None and min(map(len, signals)) > FEWEST_OF_NOISE * knots:
+        signals = [straight(len(signal), knots, at_knots=True) @ signal for signal in signals]
+    return float(estimate_noise(*signals))
 
 
 def correlation_time(residual: Array, samples: int) -> float:

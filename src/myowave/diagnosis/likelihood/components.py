@@ -28,8 +28,10 @@ from myowave.diagnosis.likelihood.terms import OF_SENSOR
 from myowave.diagnosis.likelihood.waves import View
 from myowave.identification.free_parameters import Free, scales
 from myowave.identification.least_squares import scaled_slope
-from myowave.identification.noise import SMALLEST_NOISE_DEG
+from myowave.identification.noise import SMALLEST_NOISE_DEG, roughness_of
 from myowave.identification.output_error import Fit
+from myowave.identification.record import Record
+from myowave.physics.constants import OVER_TIME
 
 # ASSUME: constants of which nothing is known are known up to a factor of e or so, in units of their scale.
 WIDE = 1.0
@@ -38,11 +40,11 @@ MEMORY_S = 0.3  # ASSUME: a torque that nobody recorded stays alike for so long
 STARTS = np.radians([5.0, 50.0])  # how far the fitted start of a trial may be off [rad, rad/s]
 
 NOISE, EMG, CURVES, PATHS, REPEATS, SLOW = "noise", "emg", "curves", "paths", "repeats", "slow"
-COLOURED, DRIFT, GAINS, TISSUE = "coloured", "drift", "gains", "tissue"
+COLOURED, DRIFT, GAINS, TISSUE, MOTOR = "coloured", "drift", "gains", "tissue", "motor"
 # What stands for something that the model lacks, and is no noise.
 MISSING = frozenset({CURVES, PATHS, REPEATS, SLOW, TISSUE})
 # Bounds of sizes and where their search starts: rad; of the EMG; standard bumps, twice; rad of each part; rad; rad;
-# s/s; a share; rad.
+# s/s; a share; rad; of what the motor's torque shows.
 SIZES = {
     NOISE: (1e-5, 1e-2, 0.3),
     # ASSUME: the amplitude of EMG is at most 35 times its noise, with eight electrodes on one muscle at a tenth of its
@@ -56,6 +58,8 @@ SIZES = {
     DRIFT: (1e-4, 3e-3, 0.1),
     GAINS: (1e-3, 0.05, 0.6),
     TISSUE: (1e-3, 0.03, 0.6),
+    # ASSUME: noise of a recorded torque is in the record to be seen; a low-pass before it halves at most what is.
+    MOTOR: (0.03, 1.0, 3.0),
 }
 
 
@@ -91,6 +95,8 @@ def residual_of(fit: Fit, view: View, catalogue: Collection[str] = ()) -> Residu
             _forced(GAINS, by_gain[None], view),
             _sized(TISSUE, columns=look(artefact)),
         ]
+    if noise := _noise_of_torque(fit.record):
+        components.append(_forced(MOTOR, by_torque[:, :, None] * noise, view, cost=0.0))
     values = view.left(fit) + constants @ torch.from_numpy(off) + (starts @ torch.from_numpy(begun)[..., None])[..., 0]
     return Residual(values, view.there, tuple(components), view.sizes[1])
 
@@ -186,10 +192,17 @@ def _sized(
     return Component(name, blocks, columns, tail, low, first, high, cost)
 
 
-def _forced(name: str, by_push: Tensor, view: View) -> Component:
+def _forced(name: str, by_push: Tensor, view: View, cost: float = COST) -> Component:
     """Independent pushes, whose effect on the waves is known, (steps, T, C, W + H)."""
     band, above = by_push.transpose(0, 1).flatten(1, 2).split(view.sizes, -1)
-    return _sized(name, band.mT @ band, (above**2).sum(1))
+    return _sized(name, band.mT @ band, tail=(above**2).sum(1), cost=cost)
+
+
+def _noise_of_torque(record: Record) -> float:
+    """Of a motor's torque as it was recorded over time [N m], by its finest scales; 0 where none was."""
+    if "motor" not in record.known or record.course is None:
+        return 0.0
+    return roughness_of([*record.joined(record.course[..., OVER_TIME.index("motor")].numpy()).values()])
 
 
 def _slow(by_torque: Tensor, view: View, samples: int) -> Component:

@@ -1,0 +1,67 @@
+"""A bar that a motor drives, its torque recorded with noise, which moved nothing."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from myowave.data.trials import MOTOR, Trials
+from myowave.diagnosis.search.answer import answer_of
+from myowave.diagnosis.search.weigh import weigh_models
+from myowave.identification.free_parameters import free_parameters
+from myowave.identification.record import make_record
+from myowave.identification.stages import fit_in_stages
+from myowave.physics.joint import STANDARD_GRAVITY
+from myowave.physics.model import Model
+from myowave.settings import Identify, Scatter
+
+DT, SAMPLES, NAMES = 0.02, 200, ("a", "b", "c")
+BAR = {"mass": 0.8, "com": 0.3, "inertia": 0.1, "grip": 0.6}
+CLOCK = DT * np.arange(SAMPLES)
+
+
+def driven(damping, noise):
+    """Trials of a bar by an independent solver; the recorded torque [N m] is 3 % less than what drives it."""
+    random, weight = np.random.default_rng(5), BAR["mass"] * STANDARD_GRAVITY * BAR["com"]
+    angle, torque = [], []
+    for _ in NAMES:
+        hz, phase = random.uniform(0.2, 1.0, 3), random.uniform(0.0, 6.0, 3)
+
+        def push(t, hz=hz, phase=phase):
+            return 0.3 * np.sin(2 * np.pi * np.multiply.outer(t, hz) + phase).sum(-1)
+
+        def turn(t, state, push=push):
+            return state[1], (push(t) - weight * np.sin(state[0]) - damping * state[1]) / BAR["inertia"]
+
+        begin = random.uniform(-0.5, 0.5, 2)
+        moved = solve_ivp(turn, CLOCK[[0, -1]], begin, "DOP853", CLOCK, rtol=1e-9, atol=1e-10).y[0]
+        angle.append(moved + np.radians(0.05) * random.standard_normal(SAMPLES))
+        torque.append(push(CLOCK) / 1.03 + noise * random.standard_normal(SAMPLES))
+    return Trials.from_sequences(
+        dataset="bar",
+        dt=DT,
+        names=list(NAMES),
+        channels=[],
+        emg=[np.zeros((SAMPLES, 0))] * len(NAMES),
+        angle=angle,
+        signals={MOTOR: torque},
+        over_time={"motor": MOTOR},
+        conditions={name: {"motor": float(np.median(own))} for name, own in zip(NAMES, torque, strict=True)},
+        test=(),
+        constants={"mass": BAR["mass"]},
+    )
+
+
+def fitted(trials):
+    machine, known = Model((), BAR), {"drive": Scatter(absolute=0.05)}
+    record = make_record(trials, machine)
+    return fit_in_stages(machine, record, free_parameters(machine, {"inertia": Identify()}, record.known, known))
+
+
+@pytest.mark.parametrize("damping, named", [(0.0, ()), (0.09, (("joint_damping",),))])
+def test_noise_of_a_recorded_torque_is_no_missing_effect(effects, damping, named):
+    """It takes the model's arm ten times as far as the noise of the angle."""
+    few = [effects[name] for name in ("joint_damping", "coulomb_friction", "quadratic_drag")]
+    answer = answer_of(weigh_models(fitted(driven(damping, noise=0.05)), few))
+    assert (answer.kind, answer.named) == ("effect" if named else "adequate", named)
+    mean, error = answer.best.averaged["drive"]
+    assert abs(mean - 1.03) < 3 * error < 0.05
