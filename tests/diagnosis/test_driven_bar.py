@@ -5,8 +5,11 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from myowave.data.trials import MOTOR, Trials
+from myowave.diagnosis.likelihood.hypothesis import Hypothesis, settle
+from myowave.diagnosis.likelihood.sensor import Sensor
+from myowave.diagnosis.likelihood.waves import View
 from myowave.diagnosis.search.answer import answer_of
-from myowave.diagnosis.search.weigh import weigh_models
+from myowave.diagnosis.search.weigh import _looked_filtered, weigh_models
 from myowave.identification.free_parameters import free_parameters
 from myowave.identification.record import make_record
 from myowave.identification.stages import fit_in_stages
@@ -65,3 +68,12 @@ def test_noise_of_a_recorded_torque_is_no_missing_effect(effects, damping, named
     assert (answer.kind, answer.named) == ("effect" if named else "adequate", named)
     mean, error = answer.best.averaged["drive"]
     assert abs(mean - 1.03) < 3 * error < 0.05
+
+
+def test_a_filter_that_drew_a_fit_away_is_judged_by_one_without_it():
+    """Through a filter that no sensor has, the right model is led to where something is left that a filter explains."""
+    fit = fitted(driven(damping=0.0, noise=0.0))
+    plain = View.of(fit)
+    drawn = settle(Hypothesis.of(fit, plain.through(Sensor(corner_hz=2.0))))
+    assert drawn.fit.rmse() > 10 * fit.rmse()
+    assert _looked_filtered(drawn, plain)

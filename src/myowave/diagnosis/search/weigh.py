@@ -104,7 +104,9 @@ def _looked_filtered(model: Hypothesis, unfiltered: View) -> bool:
     """Whether what simpler models lacked had looked like the doing of a filter, which this model asks for no more."""
     if model.view.sensor.corner_hz is None:
         return False
-    return through_likely_filter(model.fit, unfiltered).sensor.corner_hz is None
+    # A fit through a filter that is not there keeps what a filter would explain; one by least squares does not.
+    plain = attempt_fit(lambda: polish(model.fit)) or model.fit
+    return through_likely_filter(plain, unfiltered).sensor.corner_hz is None
 
 
 def _seen_anew(found: Posterior, view: View) -> Posterior:
