@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 
 from myowave.diagnosis.causes import EMG_NOISE, OUTSIDE, OWN_SHAPES
-from myowave.diagnosis.likelihood.components import CURVES, EMG, PATHS, REPEATS
+from myowave.diagnosis.likelihood.components import CURVES, EMG, NOISE, PATHS, REPEATS
 from myowave.diagnosis.search import answer
 from myowave.diagnosis.search.answer import answer_of
 
@@ -58,3 +58,11 @@ def test_curves_and_paths_of_another_shape_have_one_name(said):
 
 def test_where_only_pieces_are_followed_no_probability_names_anything(said):
     assert said((1.0, "drag", ""), pieces=object()) == ("unknown", ())
+
+
+def test_what_was_taken_for_noise_and_is_none_is_told_as_large_as_it_is():
+    """Backlash of 0.3 deg that noise of the angle stands for where nothing else does is more than 0."""
+    fit = SimpleNamespace(rmse=lambda: 0.005, record=SimpleNamespace(noise=0.001))
+    best = SimpleNamespace(fit=fit, best=SimpleNamespace(sizes={NOISE: 0.1}))
+    left = answer.Answer("unknown", (), {}, best, white=1e-9, usual=1.0)
+    assert left.missing == pytest.approx((0.005**2 - 0.001**2) ** 0.5)

@@ -53,8 +53,8 @@ class Answer:
         """How far what no effect explains moves the arm, root mean square [rad]."""
         fit = self.best.fit
         strange = [name for name in self.best.best.sizes if name in MISSING]
-        if not strange:  # what is more than noise and is none of these
-            return float(np.sqrt(max(fit.rmse() ** 2 - self.angle_noise**2, 0.0)))
+        if not strange:  # what is none of these and was taken for noise, but is more than the angle itself shows
+            return float(np.sqrt(max(fit.rmse() ** 2 - fit.record.noise**2, 0.0)))
         made = torch.stack([self.best.covariance.made_by(name) for name in strange]).sum(0)
         return float((made**2).sum() / fit.record.samples) ** 0.5
 
