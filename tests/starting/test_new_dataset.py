@@ -458,6 +458,23 @@ def test_an_arm_of_other_settings_is_taken_with_its_groups(workplace):
     assert "there is no 'thin'" in new("curls", arm="thin").said
 
 
+def test_a_machine_has_no_emg_and_a_motor_where_a_column_is_a_torque(workplace):
+    Path("rig.yaml").write_text(
+        yaml.safe_dump({"physics": {"arms": {"rig": {"muscles": {}, "joint": {"mass_kg": 0.8, "length_m": 0.3}}}}})
+    )
+    for trial in ("run1", "run2"):
+        columns = {"time_s": times(rate=200), "angle_deg": np.sin(times(rate=200)), "torque_Nm": times(rate=200)}
+        table(workplace / "driven" / f"{trial}.csv", columns)
+        table(workplace / "free" / f"{trial}.csv", {"time_s": columns["time_s"], "angle_deg": columns["angle_deg"]})
+    for folder, motor in (("driven", "torque_Nm"), ("free", None)):
+        made = new(folder, config=[Path("config.yaml"), Path("rig.yaml")], arm="rig")
+        dataset = yaml.safe_load(made.text)["data"]["datasets"]["mine"]
+        assert "emg" not in dataset and dataset.get("motor", {"column": None})["column"] == motor
+        assert dataset["angle"]["unit"] == "deg" and ("scatter" in dataset) is bool(motor)
+        lacks = made.said.partition("Before it runs, correct:\n")[2].partition("Wrote")[0].splitlines()
+        assert [line.split(":")[0] for line in lacks] == ["  data.datasets.mine.conditions"]
+
+
 @pytest.mark.parametrize(
     ("trials", "last"),
     [

@@ -38,9 +38,10 @@ class Block(NamedTuple):
     of_maximum: bool
 
 
-def dataset_block(folder: Path, recorded: Recorded) -> Block:
+def dataset_block(folder: Path, recorded: Recorded, *, machine: bool = False) -> Block:
     """The block of a measured dataset where each trial is one file of its own name with times, emg_MUSCLE that is not
-    raw and an angle, ready to be taken as it is; else that of a recorded one."""
+    raw and an angle, ready to be taken as it is; else that of a recorded one. A machine has no muscles, and maybe a
+    motor."""
     names, patterns = [one.signal.name for one in recorded.signals], recorded.naming.patterns
     emg = [one for one in recorded.signals if one.signal.name.startswith(EMG_PREFIX)]
     raw = any(one.unit in TO_MICROVOLTS or one.span[0] < -UNDERSHOOT * one.span[1] for one in emg)
@@ -50,7 +51,7 @@ def dataset_block(folder: Path, recorded: Recorded) -> Block:
     files = [patterns[0].replace(TRIAL, trial) for trial in recorded.naming.trials]
     if tidy and len({Path(file).stem for file in files}) == len(files):
         return _tidy_block(folder, recorded, files, [one.signal.name for one in emg])
-    return _raw_block(folder, recorded, tidy)
+    return _raw_block(folder, recorded, tidy, machine)
 
 
 def shown(path: Path) -> str:
@@ -98,15 +99,16 @@ def _tidy_block(folder: Path, recorded: Recorded, files: Sequence[str], emg: Seq
     return Block("measured", trials, emg, lines, of_maximum=True)
 
 
-def _raw_block(folder: Path, recorded: Recorded, of_maximum: bool) -> Block:
+def _raw_block(folder: Path, recorded: Recorded, of_maximum: bool, machine: bool) -> Block:
     recorded, layout = _in_seconds(recorded)
-    emg, angles, naming = _named(recorded.emg), recorded.angles, recorded.naming
+    emg, angles, naming = _named([] if machine else recorded.emg), recorded.angles, recorded.naming
+    motor = [one for one in recorded.signals if machine and one.says("torque") and one not in angles][:1]
     mvc = [
         name
         for name in naming.mvc
         if all((folder / one.pattern.replace(TRIAL, name)).is_file() for one in emg.values())
     ]
-    used = [*emg.values(), *(angles if len(angles) == 1 else [])]
+    used = [*emg.values(), *motor, *(angles if len(angles) == 1 else [])]
     unused = [one for one in recorded.signals if one not in used]
     trials, mvc, in_folders = _plain(naming.trials), _plain(mvc), [n for n in (*naming.trials, *mvc) if "/" in n]
     lines = [
@@ -115,7 +117,7 @@ def _raw_block(folder: Path, recorded: Recorded, of_maximum: bool) -> Block:
         *([f"mvc: {flow(mvc)} # GUESSED: maximum contractions"] if mvc else []),
         *([f"recordings: {flow(dict(zip(_plain(in_folders), in_folders, strict=True)))}"] if in_folders else []),
         *layout,
-        *_emg_lines(folder, emg, recorded, of_maximum),
+        *(_motor_lines(folder, motor) if machine else _emg_lines(folder, emg, recorded, of_maximum)),
         *_angle_lines(folder, angles, recorded),
         *_processing_lines(emg.values(), angles),
         *_role_lines(trials),
@@ -201,6 +203,13 @@ def _emg_lines(folder: Path, emg: Mapping[str, Found], recorded: Recorded, of_ma
             yield f"    form: fraction # GUESSED: {found.unit or 'share'} of a maximum contraction"
         elif found.span[0] >= 0:
             yield "    form: envelope # GUESSED: it is never below 0"
+
+
+def _motor_lines(folder: Path, motor: Sequence[Found]) -> Iterator[str]:
+    for found in motor:
+        yield "motor: # GUESSED. FILL IN sign: 1 where its torque turns the angle up"
+        yield from (f"  {line}" for line in (*_key_lines(folder, found, "Nm # GUESSED"), "sign: 1"))
+        yield "scatter: {drive: {absolute: 0.05}} # GUESSED: how well that torque is known, as a share of it"
 
 
 def _angle_lines(folder: Path, angles: Sequence[Found], recorded: Recorded) -> Iterator[str]:

@@ -67,7 +67,8 @@ def begin(
     recorded = read_folder(folder, recordings_in(folder))
     if not recorded.signals:
         raise ValueError(f"{folder}: no recording in it can be read.\n" + "\n".join(say_once(recorded.skipped)))
-    block = dataset_block(folder, recorded)
+    given = _arm_of(below, arm) if arm else None
+    block = dataset_block(folder, recorded, machine=given is not None and not given.muscles)
     preset = WITH_BRACHIORADIALIS if "emg_brachioradialis" in block.channels else PRESET
     own = [] if arm is not None else list(_arm_lines(preset, block.channels, body))
     named = arm or (name if own else preset)
@@ -117,15 +118,21 @@ def _laid_over(below: dict[str, Any], lines: Sequence[str]) -> dict[str, Any]:
 
 def _wide_bounds(config: dict[str, Any], arm: str) -> Iterator[str]:
     """Bounds of strengths, each of which holds the unknown gain of its EMG where nobody recorded a maximum."""
-    try:
-        groups = Arm.model_validate(config["physics"]["arms"][arm]).groups
-    except (KeyError, TypeError, ValueError):  # there is no such arm, or it is not right
-        return
+    found = _arm_of(config, arm)
+    groups = found.groups if found else ()
     if groups:
         yield "      identify: # no maximum contraction: a strength holds the unknown gain of its EMG as well"
     for group in groups:
         yield f"        strength_{group}: {{start_spread: 0.3, low: 0.02, high: 5.0}}"
         yield f"        length_{group}: {{start_spread: 0.05, low: 0.85, high: 1.15}}"
+
+
+def _arm_of(config: dict[str, Any], name: str) -> Arm | None:
+    """An arm of the settings; None where there is none of that name, or it is not right."""
+    try:
+        return Arm.model_validate(config["physics"]["arms"][name])
+    except (KeyError, TypeError, ValueError):
+        return None
 
 
 def _problems(config: dict[str, Any]) -> list[str]:
