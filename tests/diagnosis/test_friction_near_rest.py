@@ -42,7 +42,7 @@ def test_friction_near_rest_is_named_beside_damping(effects):
     hidden = ("joint_damping", "stribeck_friction")
     model = Model((), PENDULUM).with_effects([effects[n] for n in hidden])
     emg = torch.zeros(3, SAMPLES, 0, dtype=torch.float64)
-    motion = simulate(Simulation(model, HIDDEN, emg, DT), torch.tensor(STARTS, dtype=torch.float64))
+    motion = simulate(Simulation(model, HIDDEN, emg, DT, substeps=8), torch.tensor(STARTS, dtype=torch.float64))
     names = (*hidden, "coulomb_friction", "quadratic_drag")
     answer = answer_to(motion.angle.numpy(), PENDULUM, names, effects)
     assert answer.kind == "effect" and {name for (name,) in answer.named} == set(hidden)

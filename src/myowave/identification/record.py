@@ -3,6 +3,7 @@
 Shapes: T trials, N samples of the longest, M muscles.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -20,6 +21,10 @@ from myowave.identification.smoothing import choose_window, smooth
 from myowave.physics.constants import LATEST_S, OVER_TIME
 from myowave.physics.model import Model, Params
 from myowave.physics.simulation import Simulation, channels_of
+
+# ASSUME: dry friction brakes a light machine by 10 rad/s^2 or so: in 10 ms by more than the 0.03 rad/s over which it
+# grows, in this [s] by less.
+MACHINE_STEP_S = 0.0025
 
 
 @dataclass(frozen=True)
@@ -161,7 +166,8 @@ class Record:
 
     def simulation(self, model: Model, params: Params) -> Simulation:
         """What simulates these trials with a model: their EMG, what is known of them, and other parameters."""
-        return Simulation(model, {**self.known, **params}, self.emg, self.dt, lead=self.lead, course=self.course)
+        steps = 1 if model.muscles else math.ceil(self.dt / MACHINE_STEP_S)
+        return Simulation(model, {**self.known, **params}, self.emg, self.dt, steps, self.lead, self.course)
 
     @cached_property
     def motion(self) -> Tensor:

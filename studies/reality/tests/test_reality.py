@@ -124,7 +124,7 @@ def test_a_machine_whose_friction_is_withheld_is_answered_with_it_and_its_size(e
     true = machine.with_effects([effects["coulomb_friction"]])
     emg = torch.zeros(4, samples, 0, dtype=torch.float64)
     start = torch.tensor([1.5, 1.0, 0.7, 1.2], dtype=torch.float64)
-    angle = simulate(Simulation(true, {"coulomb_friction.tau": 0.05}, emg, dt), start).angle.numpy()
+    angle = simulate(Simulation(true, {"coulomb_friction.tau": 0.05}, emg, dt, substeps=8), start).angle.numpy()
     angle = angle + noise * np.random.default_rng(1).standard_normal(angle.shape)
     trials = Trials("swings", dt, ("a", "b", "c", "d"), (), emg.numpy(), angle, (samples,) * 4, ("d",))
     few = {n: effects[n] for n in ("joint_damping", "coulomb_friction", "quadratic_drag", "emg_gain")}
