@@ -291,6 +291,12 @@ def test_without_any_electrode_there_is_nothing_to_ask(ask):
         ask({}, ("3", "4"), silent=("emg_biceps", "emg_triceps"))
 
 
+def test_of_a_machine_it_is_said_what_to_do_instead(base, clean):
+    groups = Changed(reference=("1", "2"), against=("3", "4"))
+    with pytest.raises(ValueError, match="an arm without muscles: .* each group as a dataset of its own"):
+        what_changed(clean, replace(base, muscles=()), [], groups, {})
+
+
 def test_effects_with_states_and_sensors_that_report_slow_motions_otherwise_are_said_to_be_left_out(ask):
     names = ("hand_load", "fatigue", "vmax_change", "observation_lag", "elastic_mount", "angle_scale")
     answer = ask({"load": 0.4}, ("3",), names=names)
