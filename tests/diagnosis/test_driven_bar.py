@@ -1,5 +1,7 @@
 """A bar that a motor drives, its torque recorded with noise, which moved nothing."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -9,6 +11,7 @@ from myowave.diagnosis.likelihood.hypothesis import Hypothesis, settle
 from myowave.diagnosis.likelihood.sensor import Sensor
 from myowave.diagnosis.likelihood.waves import View
 from myowave.diagnosis.search.answer import answer_of
+from myowave.diagnosis.search.diagnose import _proposals
 from myowave.diagnosis.search.weigh import _looked_filtered, weigh_models
 from myowave.identification.free_parameters import free_parameters
 from myowave.identification.record import make_record
@@ -77,3 +80,11 @@ def test_a_filter_that_drew_a_fit_away_is_judged_by_one_without_it():
     drawn = settle(Hypothesis.of(fit, plain.through(Sensor(corner_hz=2.0))))
     assert drawn.fit.rmse() > 10 * fit.rmse()
     assert _looked_filtered(drawn, plain)
+
+
+def test_no_trial_of_muscles_is_proposed_for_a_machine(effects):
+    """The trials of the menu are told by the EMG that they need."""
+    fit = fitted(driven(damping=0.0, noise=0.0))
+    ladder = SimpleNamespace(fit=fit, fits=[fit])
+    verdict = SimpleNamespace(ladder=ladder, named=(("joint_damping", "quadratic_drag"),), maybe=("joint_damping",))
+    assert _proposals(verdict, effects) == {}

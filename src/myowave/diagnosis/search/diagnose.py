@@ -207,8 +207,11 @@ def make_rung(fit: Fit, estimate: Mapping[str, tuple[float, float]], test: Recor
 
 def _proposals(verdict: Verdict, effects: Mapping[str, Effect]) -> dict[str, list[Proposal]]:
     """Trials that separate the members of a class, and those that show an absorbed effect a verdict hinges on; none
-    where no motion is found with the effects."""
-    ladder, proposals = verdict.ladder, {}
+    where no motion is found with the effects, or no muscle moves the arm."""
+    ladder = verdict.ladder
+    if not ladder.fit.model.muscles:
+        return {}
+    proposals = {}
     classes = ([name for name in members if name in effects] for members in verdict.named)
     for one, other, *_ in (members for members in classes if len(members) > 1):
         without = next(f for f in reversed(ladder.fits) if not {one, other} & {e.name for e in f.model.effects})
