@@ -38,6 +38,20 @@ def test_none_is_followed_beside_a_model_that_leaves_noise_alone(found):
     assert _rivals(found, model(100.0, "drag", on=frozenset())) == []
 
 
+def test_what_a_model_does_not_need_is_dropped_one_after_the_other(found, monkeypatch):
+    """Pieces of trials ask for more than whole trials do, and who begins with two effects may need none of both."""
+    totals = {("drag", "tilt"): 108.0, ("drag",): 109.0, ("tilt",): 80.0}
+
+    def with_one_less(one):
+        rest = [tuple(e for e in one.effects if e != name) for name in one.effects if len(one.effects) > 1]
+        return [model(totals.get(effects, 90.0), *effects) for effects in rest]
+
+    monkeypatch.setattr(weigh, "_with_one_less", with_one_less)
+    begun = model(107.0, "drag", "tilt", "scale")
+    found.add(begun)
+    assert weigh._drop(found, begun).effects == ("drag",) and found.best.effects == ("drag",)
+
+
 def test_noise_of_the_emg_is_weighed_against_the_recording_from_the_same_place(found, monkeypatch):
     monkeypatch.setattr(weigh, "_of_other_emg", lambda model, recorded: (recorded, *model.effects))
     found.add(model(97.0, "drag", expected_emg=True), model(99.0, "lag", expected_emg=True))

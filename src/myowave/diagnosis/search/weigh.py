@@ -94,7 +94,9 @@ def weigh_models(
     found.add(base, _of_called_for_emg(base, fit))
     if led is not None:
         more = tuple(e.name for e in led.model.effects[len(fit.model.effects) :])
-        found.add(settle(replace(base, effects=more, prior=found.prior * len(more)).at(led)))
+        begun = settle(replace(base, effects=more, prior=found.prior * len(more)).at(led))
+        found.add(begun)
+        _drop(found, begun)  # pieces ask for more than whole trials do
     while not _search(found, fit, catalogue, unfiltered, report):
         found = _seen_anew(found, unfiltered)
     return found
@@ -140,7 +142,8 @@ def _search(
         likelier = {on: new for on, new in afresh.items() if on not in old or new.value > old[on].value}
         best = with_likely_memory(replace(best, states={**old, **likelier}))
         top = _of_called_for_emg(best, fit)
-        found.add(best, top, *_with_one_less(top))
+        found.add(best, top)
+        top = _drop(found, top)
         if _looked_filtered(found.best, unfiltered):
             return False
         rivals = _rivals(found, top) if whole else []
@@ -185,6 +188,16 @@ def _by_recorded_emg(found: Posterior, recorded: Fit) -> list[Hypothesis]:
     the two was led further, the difference says nothing of noise."""
     near = [m for m in found.models.values() if m.expected_emg and m.total > found.best.total - CLEARLY]
     return [_of_other_emg(model, recorded) for model in near]
+
+
+def _drop(found: Posterior, model: Hypothesis) -> Hypothesis:
+    """Add the models that lack one effect of a model and, where the likeliest is one of them, those that lack one of
+    its own; where that ends."""
+    while True:
+        found.add(*_with_one_less(model))
+        if not set(found.best.effects) < set(model.effects):
+            return model
+        model = found.best
 
 
 def _with_one_less(model: Hypothesis) -> list[Hypothesis]:
