@@ -71,7 +71,7 @@ def test_nothing_is_missing_from_clean_trials_filtered_or_not(recorded, few):
 
 def test_an_effect_that_a_recorder_s_fault_imitates_is_not_hidden_by_it(recorded, few):
     """Once a clock that drifts holds what is left, a delay adds nothing beside it, but does as well alone."""
-    found = judged(recorded(hidden={"extra_delay": {"d_Bi": 0.01, "d_Tri": 0.01}}), few)
+    found = judged(recorded(hidden={"extra_delay": {"d_emg_biceps": 0.01, "d_emg_triceps": 0.01}}), few)
     assert "extra_delay" in found.named[0]
 
 
@@ -156,7 +156,7 @@ def test_a_residual_is_the_same_to_first_order_wherever_a_piece_is_linearised(re
     whole = recorded()
     fit = fit_simulated(base, whole.record.cut(0.5), free, whole.values)
     measured, state = fit.record.motion[:, 0].numpy(), fit.sensitive.motion.state
-    fit, elsewhere = (fit.fit_at(fit.values, measured + n * fit.record.start_error, state) for n in (0.0, 0.1))
+    fit, elsewhere = (fit.fit_at(fit.values, measured + n * fit.record.start_error, state) for n in (0.0, 0.05))
     here, there = (residual_of(each, View.of(fit)).values for each in (fit, elsewhere))
     apart = View.of(fit).left(fit) - View.of(fit).left(elsewhere)
     assert (here - there).norm() < 0.02 * apart.norm()

@@ -167,7 +167,9 @@ def test_the_draft_is_an_effect_file_that_runs_and_says_what_was_found(make_fit,
     torch.testing.assert_close(effect.function(q, qdot, a.unsqueeze(-1), **values), expected)
 
 
-@pytest.mark.parametrize("hidden", [{}, {"extra_delay": {"d_Bi": 0.02, "d_Tri": 0.02}}], ids=["noise", "late EMG"])
+@pytest.mark.parametrize(
+    "hidden", [{}, {"extra_delay": {"d_emg_biceps": 0.02, "d_emg_triceps": 0.02}}], ids=["noise", "late EMG"]
+)
 def test_no_torque_is_drafted_for_what_is_none(hidden, make_fit):
     fit = make_fit(hidden)
     assert draft_effect(fit, View.of(fit)).formula == "0"

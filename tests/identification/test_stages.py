@@ -11,6 +11,7 @@ from myowave.identification.free_parameters import Free
 from myowave.identification.least_squares import FitError
 from myowave.identification.output_error import Fit, fit_from, fit_model, polish
 from myowave.identification.prediction import predict
+from myowave.identification.smoothing import SHORTEST
 from myowave.identification.stages import attempt_fit, fit_in_stages, lengthen, over_short_pieces
 from myowave.identification.torque import fit_torque
 from myowave.physics.motion import simulate
@@ -114,11 +115,11 @@ def test_where_whole_trials_fail_the_fit_stands_on_pieces(runaway, base, free):
 
 def test_no_longer_pieces_are_tried_than_the_model_follows(noisy, base, free, monkeypatch):
     """A fit over long pieces costs a minute where the model is far from the motion."""
-    horizons, fit_over = [], stages._next
+    horizons, fit_over = [], stages.fit_nearby
     usual = np.array([p.start for p in free])
     fit = over_short_pieces(base, noisy.train, free, usual)
     monkeypatch.setattr(stages, "predicted", lambda fit: 1.0 if fit.record.horizon_s == 0.5 else 0.4)
-    monkeypatch.setattr(stages, "_next", lambda m, r, *more: horizons.append(r.horizon_s) or fit_over(m, r, *more))
+    monkeypatch.setattr(stages, "fit_nearby", lambda m, r, *more: horizons.append(r.horizon_s) or fit_over(m, r, *more))
     assert lengthen(fit, noisy.train, free).record.horizon_s == 1.0 and horizons == [1.0]
 
 
@@ -129,12 +130,13 @@ def test_pieces_begin_where_they_were_measured(runaway, base, free):
     assert np.isinf(fit.record.whole.start_error).all() and (fit.record.start_error > 0).all()
 
 
-def test_starts_of_pieces_are_as_far_off_as_they_are_said_to_be(clean, make_noisy):
-    """Also those of a trial, before which nothing was measured."""
+@pytest.mark.parametrize("noise_deg", [0.1, 1.0])
+def test_starts_of_pieces_are_as_far_off_as_they_are_said_to_be(clean, make_noisy, noise_deg):
+    """Also those of a trial, before which nothing was measured, and where smoothing takes some of the motion."""
     off = []
     for seed in range(40):
-        pieces = make_noisy(1.0, seed).cut(0.5)
-        exact = replace(make_noisy(0.0), window=pieces.window).cut(0.5)
+        pieces = make_noisy(noise_deg, seed).cut(0.5)
+        exact = replace(make_noisy(0.0), window=SHORTEST).cut(0.5)
         off.append((pieces.motion[:, 0] - exact.motion[:, 0]).numpy() / pieces.start_error)
     sizes, first = np.sqrt(np.mean(np.square(off), 0)), pieces.pieces.begin == 0
     for some in (first, ~first):

@@ -75,7 +75,7 @@ class Along:
         # ASSUME: what is left is so small that a sensor adds it up.
         answer = LinearOperator((left.size, left.size), lambda more: seen(reported.ravel() + more) - first, dtype=float)
         if np.isfinite(left).all():
-            noise = np.linalg.norm(np.where(known, record.motion_error(record.window // 2)[0] / self.factor, 0.0))
+            noise = np.linalg.norm(np.where(known, record.motion_error[0] / self.factor, 0.0))
             corrected, _ = gmres(answer, left, rtol=0.0, atol=noise, restart=CORRECTIONS, maxiter=1)
             reported = reported + corrected.reshape(known.shape)
         joint = self._later(reported, self.late)

@@ -17,7 +17,7 @@ from torch import Tensor
 from myowave.data.processing.filters import HIGHEST
 from myowave.data.trials import TORQUE, Trials
 from myowave.identification.noise import noise_of
-from myowave.identification.smoothing import choose_window, smooth
+from myowave.identification.smoothing import SHORTEST, choose_window, smooth
 from myowave.physics.constants import LATEST_S, OVER_TIME
 from myowave.physics.model import Model, Params
 from myowave.physics.simulation import Simulation, channels_of
@@ -179,17 +179,35 @@ class Record:
 
     @property
     def start_error(self) -> NDArray[np.float64]:
-        """Standard deviations of angle and velocity where each piece begins, as measured [rad, rad/s], (T, 2); infinite
-        for whole trials, before which nothing was."""
+        """Standard deviations of angle and velocity where each piece begins, as measured [rad, rad/s], (T, 2): of the
+        noise that smoothing left, and of the motion that it took; infinite for whole trials, before which nothing was.
+        """
         if self.pieces is None:
             return np.full((len(self.names), 2), np.inf)
-        return np.where(self.pieces.begin[:, None] == 0, self.motion_error(0), self.motion_error(self.window // 2))
+        # ASSUME: half the window takes nothing of the motion, so what it finds otherwise was taken, but for noise.
+        whole, narrow = self.whole, max(SHORTEST, self.window // 4 * 2 + 1)
+        otherwise = np.stack(smooth(whole.angle, whole.lengths, self.dt, narrow), -1)
+        taken = (whole.motion.numpy() - otherwise)[self.pieces.row, self.pieces.begin]
+        errors = []
+        for at_end in (True, False):
+            wide = self._weights(at_end, self.window)
+            noise, apart = (
+                self.noise * np.linalg.norm(w, axis=1) for w in (wide, wide - self._weights(at_end, narrow))
+            )
+            errors.append(np.sqrt(noise**2 + np.maximum(taken**2 - apart**2, 0.0)))
+        return np.where(self.pieces.begin[:, None] == 0, *errors)
 
-    def motion_error(self, place: int) -> NDArray[np.float64]:
-        """Standard deviations of the smoothed angle and its velocity at a place of the window that smooths it, in the
-        middle within a trial and less near its ends [rad, rad/s]."""
-        weights = [savgol_coeffs(self.window, 3, pos=place, use="dot", deriv=order, delta=self.dt) for order in (0, 1)]
-        return self.noise * np.linalg.norm(weights, axis=1)
+    @property
+    def motion_error(self) -> NDArray[np.float64]:
+        """Standard deviations of the smoothed angle and its velocity within a trial, by noise [rad, rad/s], (2,)."""
+        return self.noise * np.linalg.norm(self._weights(False, self.window), axis=1)
+
+    def _weights(self, at_end: bool, width: int) -> NDArray[np.float64]:
+        """Of samples in the smoothed angle and its velocity, at the first sample of a window of `width` or in its
+        middle; 0 in the rest of the window that is used, (2, window)."""
+        place, before = (0, 0) if at_end else (width // 2, (self.window - width) // 2)
+        weights = [savgol_coeffs(width, 3, pos=place, use="dot", deriv=order, delta=self.dt) for order in (0, 1)]
+        return np.pad(weights, ((0, 0), (before, self.window - width - before)))
 
     def smoothed(self, angle: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """An angle (T, N) [rad] along the trials without its noise, and its velocity [rad/s]."""

@@ -18,7 +18,7 @@ from myowave.physics.motion import simulate
 NO_ERRORS = pd.DataFrame(columns=["model", "trial", "role", "rmse_deg", "horizon_s"])
 HIDDEN = [
     {},
-    {"extra_delay": {"d_Bi": 0.013, "d_Tri": 0.013}},
+    {"extra_delay": {"d_emg_biceps": 0.013, "d_emg_triceps": 0.013}},
     {"activation_dynamics": {"rise": 0.1, "decay": 0.15}},
     {"angle_scale": {"s": 0.1}},
 ]
