@@ -123,6 +123,16 @@ def test_no_longer_pieces_are_tried_than_the_model_follows(noisy, base, free, mo
     assert lengthen(fit, noisy.train, free).record.horizon_s == 1.0 and horizons == [1.0]
 
 
+@pytest.mark.parametrize("share, followed_s", [(0.8, 2.0), (0.95, None)])
+def test_whole_trials_are_followed_where_nearly_all_of_their_motion_is(
+    noisy, base, free, monkeypatch, share, followed_s
+):
+    fit = over_short_pieces(base, noisy.train, free, np.array([p.start for p in free]))
+    monkeypatch.setattr(stages, "predicted", lambda fit: 1.0)
+    monkeypatch.setattr(stages, "share_explained", lambda record, residual: share)
+    assert lengthen(fit, noisy.train, free).record.horizon_s == followed_s
+
+
 def test_pieces_begin_where_they_were_measured(runaway, base, free):
     """With any start a piece of half a second follows nearly any motion, and says little of what moves it."""
     fit = over_short_pieces(base, runaway.train, free, np.array([p.start for p in free]))

@@ -23,7 +23,9 @@ from myowave.physics.model import Model
 Found = TypeVar("Found", Fit, TorqueFit)
 
 HORIZONS_S = (0.5, 1.0, 2.0)
-ENOUGH = 0.5  # share of the motion to be explained over longer pieces; what misses more is far from linear
+# Share of the motion to be explained over longer pieces, and over whole trials, where noise is a small part of it; what
+# misses more is far from linear.
+ENOUGH, CLOSE = 0.5, 0.9
 # No motion is found, or a matrix is singular or not finite.
 FAILURES = (FitError, np.linalg.LinAlgError, torch.linalg.LinAlgError)  # type: ignore[attr-defined]
 ENOUGH_PIECES = 80  # to see what a model lacks: 40 s of motion, where a hundred values are unknown at most
@@ -64,7 +66,7 @@ def lengthen(fit: Fit, record: Record, free: Sequence[Free]) -> Fit:
         if predicted(fit) < ENOUGH:
             break  # ASSUME: what does not follow so long from measured states follows no longer
         longer = fit_nearby(fit.model, record if horizon_s is None else record.cut(horizon_s), free, fit.values)
-        if longer is None or share_explained(longer.record, longer.residual) < ENOUGH:
+        if longer is None or share_explained(longer.record, longer.residual) < (ENOUGH if horizon_s else CLOSE):
             break
         fit = longer
     return fit
