@@ -58,8 +58,9 @@ SIZES = {
     DRIFT: (1e-4, 3e-3, 0.1),
     GAINS: (1e-3, 0.05, 0.6),
     TISSUE: (1e-3, 0.03, 0.6),
-    # ASSUME: noise of a recorded torque is in the record to be seen; a low-pass before it halves at most what is.
-    MOTOR: (0.03, 1.0, 3.0),
+    # ASSUME: noise of a recorded torque is in the record to be seen; a low-pass, as before a coarser grid, takes up to
+    # a third of it in the finest scales. What would be more has another cause.
+    MOTOR: (0.03, 1.0, 1.5),
 }
 
 
