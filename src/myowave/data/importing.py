@@ -72,7 +72,8 @@ def reading_settings(settings: Dataset | SimulatedDataset, trials: Collection[st
     """Digests of the settings by which these trials are read and processed, {key: sha256}: labels may be names."""
     if isinstance(settings, SimulatedDataset):
         return {}
-    values, there = settings.model_dump(mode="json", exclude=_BESIDE), (*trials, *settings.mvc)
+    there = (*trials, *settings.mvc)
+    values = {key: value for key, value in dump(settings).items() if key not in _BESIDE}
     for key in {"cut_s", "recordings"} & {*values}:
         values[key] = {name: value for name, value in values[key].items() if name in there}
     return {key: sha256(json.dumps(value, sort_keys=True).encode()).hexdigest() for key, value in values.items()}

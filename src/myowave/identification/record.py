@@ -177,7 +177,7 @@ class Record:
             return self.whole.motion[self.pieces.row[:, None], self.pieces.begin[:, None] + within]
         return torch.from_numpy(np.stack(self.smoothed(self.angle), -1))
 
-    @property
+    @cached_property
     def start_error(self) -> NDArray[np.float64]:
         """Standard deviations of angle and velocity where each piece begins, as measured [rad, rad/s], (T, 2): of the
         noise that smoothing left, and of the motion that it took; infinite for whole trials, before which nothing was.

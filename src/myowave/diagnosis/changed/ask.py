@@ -175,8 +175,9 @@ def what_changed(
     base = replace(base, muscles=tuple(m for m in base.muscles if m.channel not in silent))
     if not base.muscles:
         raise ValueError(
-            f"{', '.join(silent) or 'an arm without muscles'}: found no EMG in one of the groups; expected a muscle "
-            "that both recorded. Of a machine, diagnose each group as a dataset of its own."
+            f"{', '.join(silent)}: found no EMG in one of the groups; expected a muscle that both recorded."
+            if silent
+            else "an arm without muscles: found no EMG; expected a muscle. Diagnose each group as a dataset of its own."
         )
     recorded = Groups(make_record(both, base), second, base, scatter)
     effects = list(effects)

@@ -38,7 +38,8 @@ from myowave.diagnosis.likelihood.components import (
 from myowave.diagnosis.likelihood.waves import MEMORIES_S, View
 from myowave.identification.free_parameters import bounds, scales
 from myowave.identification.least_squares import LITTLE, along_bend, descend, minimise_within
-from myowave.identification.output_error import Fit, take_step
+from myowave.identification.output_error import Fit, polish, take_step
+from myowave.identification.stages import attempt_fit
 
 PARAMETERS = ("constants", "starts")
 BEHIND = 20.0  # nats: a model, or a set of causes, that is so far behind another is followed no further
@@ -85,6 +86,11 @@ class Hypothesis:
     def on(self) -> frozenset[str]:
         """The causes that are there in the best state."""
         return self.best.on(self.residual)
+
+    @cached_property
+    def by_least_squares(self) -> Fit:
+        """The fit of the same model by least squares, from here; the same one where that fails."""
+        return attempt_fit(lambda: polish(self.fit)) or self.fit
 
     @cached_property
     def covariance(self) -> Covariance:

@@ -101,7 +101,7 @@ def shown_fit(rung: Hypothesis) -> Fit:
     missing still, which would do the work of what was found."""
     if rung.expected_emg or (rung.on and not rung.on & MISSING):
         return rung.fit
-    return attempt_fit(lambda: polish(rung.fit)) or rung.fit
+    return rung.by_least_squares
 
 
 def _ranking_of(rung: Hypothesis, posterior: Posterior, catalogue: Mapping[str, Effect]) -> list[Candidate]:

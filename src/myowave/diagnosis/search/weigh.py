@@ -107,8 +107,7 @@ def _looked_filtered(model: Hypothesis, unfiltered: View) -> bool:
     if model.view.sensor.corner_hz is None:
         return False
     # A fit through a filter that is not there keeps what a filter would explain; one by least squares does not.
-    plain = attempt_fit(lambda: polish(model.fit)) or model.fit
-    return through_likely_filter(plain, unfiltered).sensor.corner_hz is None
+    return through_likely_filter(model.by_least_squares, unfiltered).sensor.corner_hz is None
 
 
 def _seen_anew(found: Posterior, view: View) -> Posterior:
