@@ -135,8 +135,9 @@ def _by_steps(
         q, qdot, states = unpack(model, begin.movedim(0, -1))
         for piece, h in enumerate(drive.pieces.unbind(-1)):
             q, qdot, states = advance(instants[3 * piece : 3 * piece + 3], states, q, qdot, h)
-        after = pack(model, q, qdot, states)
-        numbers = [_derivatives(after[..., k], [begin, u, a, *leaves], kept=k + 1 < size) for k in range(size)]
+        # Each number of the state by itself: of one packed together a pass would go back through all the others.
+        after = [q, qdot, *(x for effect in model.stateful for x in states[effect.name].unbind(-1))]
+        numbers = [_derivatives(x, [begin, u, a, *leaves], kept=x is not after[-1]) for x in after]
     by_state, by_u, by_a, *by_parameter = (torch.stack(slopes) for slopes in zip(*numbers, strict=True))
     derivatives = torch.stack([*by_state.unbind(1), *by_parameter], -1).movedim(0, -2)
     for columns, nudged, nudges in _nudged_copies(simulation, wrt, NUDGE, state.ndim - 2, (True,)):
@@ -146,7 +147,7 @@ def _by_steps(
             slope = slope.movedim((1, 2), (-1, -2)).unflatten(-2, (-1, 3))  # (K, ..., T, n, S, 3, M)
             added = (slope * change.unsqueeze(1)).sum((-1, -2, -3))
             derivatives[..., [size + column for column in columns]] += added.movedim((0, 1), (-1, -2))
-    return after.detach(), derivatives
+    return pack(model, q, qdot, states).detach(), derivatives
 
 
 def _leaf(values: Tensor, shape: Sequence[int]) -> Tensor:
