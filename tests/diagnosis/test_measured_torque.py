@@ -7,7 +7,7 @@ import torch
 
 from myowave.diagnosis.likelihood.hypothesis import Hypothesis
 from myowave.diagnosis.likelihood.waves import View
-from myowave.diagnosis.search.next_trial import propose_trials
+from myowave.diagnosis.search.next_trial import Menu, propose_trials
 from myowave.identification.free_parameters import free_parameters
 from myowave.identification.output_error import fit_model
 from myowave.identification.record import make_record
@@ -51,6 +51,6 @@ def test_torque_of_recorded_trials_counts_where_the_next_one_is_chosen(record, b
     """Forces make up for a load in any motion; not where their torque was measured."""
     fit, load = of(record, base, {}).fit, effects["hand_load"]
     blind = replace(fit, record=replace(record, torque=None))
-    proposals, unseen = propose_trials(fit, load), propose_trials(blind, load)
+    proposals, unseen = propose_trials(Menu.of(fit), load), propose_trials(Menu.of(blind), load)
     assert proposals[0].now > 10 > 0.1 > unseen[0].now
     assert all(p.separation >= p.now for p in proposals)

@@ -1,5 +1,6 @@
 """What is missing decides by a few nats which of its parts seems likeliest alone: the search follows all near it."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -7,9 +8,12 @@ import pytest
 
 from myowave.diagnosis.likelihood.algebra import Weighed
 from myowave.diagnosis.likelihood.components import EMG
-from myowave.diagnosis.likelihood.hypothesis import Hypothesis
+from myowave.diagnosis.likelihood.hypothesis import Hypothesis, settle
+from myowave.diagnosis.likelihood.waves import View
 from myowave.diagnosis.search import weigh
 from myowave.diagnosis.search.weigh import Posterior, _rivals
+from myowave.identification.free_parameters import effect_parameters
+from myowave.identification.output_error import refit
 
 
 def model(total, *effects, on=frozenset({"curves"}), expected_emg=False):
@@ -141,3 +145,14 @@ def test_a_model_with_most_effects_is_led_on_no_more(found, monkeypatch):
         weigh._lead_on(found, model(90.0, *effects), {})
     assert found.screened == {frozenset({"drag", "tilt", "lag"}): "screened"}
     assert max(map(len, found.by_effects())) == weigh.MOST_EFFECTS
+
+
+@pytest.mark.parametrize("hidden", [0.02, 0.05])
+def test_what_a_model_would_be_without_an_effect_is_told_to_first_order(make_fit, base, effects, hidden):
+    """Where the effect is weak, so that the model is linear from there to 0."""
+    bare, damping, prior = make_fit({"joint_damping": {"c": hidden}}), effects["joint_damping"], -4.0
+    damped = base.with_effects([damping])
+    fit = refit(bare, damped, [*bare.free, *effect_parameters(damped, damping)])
+    with_it = settle(replace(Hypothesis.of(fit, View.of(fit)), effects=(damping.name,), prior=prior))
+    alone = settle(Hypothesis.of(bare, with_it.view))
+    assert with_it.without(damping.name) == pytest.approx(alone.total, abs=0.5)

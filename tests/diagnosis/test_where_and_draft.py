@@ -15,7 +15,7 @@ from myowave.diagnosis.report.tables import draft_source
 from myowave.diagnosis.report.tell import tell
 from myowave.diagnosis.search import draft
 from myowave.diagnosis.search.draft import LIBRARY, PRIOR, draft_effect
-from myowave.diagnosis.search.next_trial import SEPARATED, _menu, propose_trials
+from myowave.diagnosis.search.next_trial import SEPARATED, Menu, propose_trials
 from myowave.diagnosis.search.where import WINDOW_S, locate, misfit_by, missing_torque
 from myowave.identification.output_error import fit_model
 from myowave.identification.record import make_record
@@ -197,7 +197,7 @@ def test_each_term_is_written_as_it_is_computed(term):
 
 
 def test_a_known_load_is_the_trial_that_shows_an_unknown_one(make_fit, effects):
-    best, *others = propose_trials(make_fit(), effects["hand_load"])
+    best, *others = propose_trials(Menu.of(make_fit()), effects["hand_load"])
     assert best.trial == "known load of 1 kg" and best.separation > SEPARATED
     assert not any(p.separation > SEPARATED for p in others)
 
@@ -207,18 +207,18 @@ def test_muscles_of_one_electrode_have_one_emg_in_a_trial_that_is_proposed(make_
     biceps, triceps = fit.model.muscles
     model = replace(fit.model, muscles=(biceps, replace(biceps, name="Bra"), triceps))
     shared = fit_model(model, replace(fit.record, emg=fit.record.emg[..., [0, 0, 1]]), ())
-    emg = _menu(shared).emg
+    emg = Menu.of(shared).record.emg
     assert torch.equal(emg[..., 0], emg[..., 1]) and not torch.equal(emg[..., 0], emg[..., 2])
 
 
 def test_another_posture_tells_the_lean_of_the_arm_from_a_constant_torque(make_fit, effects):
     fit = make_fit({"gravity_tilt": {"phi": 0.1}})
-    proposals = propose_trials(fit, effects["gravity_tilt"], effects["constant_torque"])
+    proposals = propose_trials(Menu.of(fit), effects["gravity_tilt"], effects["constant_torque"])
     separation = {p.trial.split(",")[0]: p.separation for p in proposals}
     assert separation["other posture"] > separation["as recorded"]
 
 
 def test_another_trial_never_makes_candidates_harder_to_tell(make_fit, effects):
     fit = make_fit({"joint_damping": {"c": 0.5}})
-    for proposal in propose_trials(fit, effects["joint_damping"], effects["muscle_damping"]):
+    for proposal in propose_trials(Menu.of(fit), effects["joint_damping"], effects["muscle_damping"]):
         assert proposal.separation >= proposal.now * (1 - 1e-6)

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 import pandas as pd
@@ -14,7 +14,7 @@ from myowave.diagnosis.likelihood.waves import View
 from myowave.diagnosis.search.answer import answer_of
 from myowave.diagnosis.search.draft import Draft, draft_effect
 from myowave.diagnosis.search.ladder import ladder_of
-from myowave.diagnosis.search.next_trial import Proposal, propose_trials
+from myowave.diagnosis.search.next_trial import Menu, Proposal, propose_trials
 from myowave.diagnosis.search.verdict import Verdict
 from myowave.diagnosis.search.weigh import Posterior, weigh_models
 from myowave.diagnosis.search.where import MissingTorque, misfit_by, missing_torque
@@ -211,13 +211,14 @@ def _proposals(verdict: Verdict, effects: Mapping[str, Effect]) -> dict[str, lis
     ladder = verdict.ladder
     if not ladder.fit.model.muscles:
         return {}
-    proposals = {}
+    proposals, menu_of = {}, cache(lambda rung: Menu.of(ladder.fits[rung]))
+    have = [{effect.name for effect in fit.model.effects} for fit in ladder.fits]
     classes = ([name for name in members if name in effects] for members in verdict.named)
     for one, other, *_ in (members for members in classes if len(members) > 1):
-        without = next(f for f in reversed(ladder.fits) if not {one, other} & {e.name for e in f.model.effects})
+        without = max(rung for rung, names in enumerate(have) if not {one, other} & names)
         with suppress(*FAILURES):
-            proposals[f"{one} or {other}"] = propose_trials(without, effects[one], effects[other])
+            proposals[f"{one} or {other}"] = propose_trials(menu_of(without), effects[one], effects[other])
     for name in verdict.maybe:
         with suppress(*FAILURES):
-            proposals[f"{name} or its absence"] = propose_trials(ladder.fit, effects[name])
+            proposals[f"{name} or its absence"] = propose_trials(menu_of(len(have) - 1), effects[name])
     return proposals

@@ -16,10 +16,11 @@ from myowave.data.simulate import MANOEUVRES, Manoeuvre, synthetic_emg
 from myowave.data.trials import Array
 from myowave.diagnosis.search.score import score_effect
 from myowave.identification.free_parameters import Free, bind_values, effect_parameters
-from myowave.identification.least_squares import Normal, gain_of
+from myowave.identification.least_squares import FitError, Normal, gain_of
 from myowave.identification.output_error import Fit, Problem, polish
 from myowave.identification.record import Record
 from myowave.physics.effect import Effect
+from myowave.physics.motion import Motion, pack, resting_states, simulate, unpack
 from myowave.physics.simulation import channels_of
 from myowave.physics.trajectory import solve
 
@@ -44,24 +45,44 @@ class Proposal:
     now: float  # the same without it
 
 
-def propose_trials(fit: Fit, one: Effect, other: Effect | None = None) -> list[Proposal]:
+@dataclass(frozen=True)
+class Menu:
+    """The trials that may be proposed, as a fitted model would move."""
+
+    fit: Fit  # to the recorded trials
+    record: Record  # of the trials of the menu
+    motion: Motion  # of these
+
+    @classmethod
+    def of(cls, fit: Fit) -> "Menu":
+        """A FitError if no motion is found."""
+        record = _menu(fit)
+        start = torch.tensor([[START_RAD, 0.0]], dtype=torch.float64).expand(len(MENU), 2)
+        motion = simulate(record.simulation(fit.model, bind_values(fit.free, fit.values)), *start.unbind(-1))
+        if not motion.state.isfinite().all():
+            raise FitError(f"{fit.model.name}: its motion in a trial of the menu diverges.")
+        return cls(fit, record, motion)
+
+
+def propose_trials(menu: Menu, one: Effect, other: Effect | None = None) -> list[Proposal]:
     """Trials of the menu, the one that tells most first.
 
     Args:
-        fit: to the recorded trials, without either effect.
+        menu: of a fit without either effect.
         one: the effect taken to be real, as strong as the trials say (or of its typical strength where they cannot).
         other: the effect that imitates it; None asks whether the fitted parameters alone can imitate it.
     """
-    effects = [one] if other is None else [one, other]
+    fit, effects = menu.fit, [one] if other is None else [one, other]
     own, *rival = (effect_parameters(fit.model.with_effects([effect]), effect) for effect in effects)
     imitators = (*fit.free, *(p for parameters in rival for p in parameters))
-    strength, noise, menu = _strength(fit, one), fit.record.noise, _menu(fit)
-    recorded, further = (_normal(fit, record, effects, (*own, *imitators)) for record in (fit.record, menu))
+    strength, noise, everything = _strength(fit, one), fit.record.noise, (*own, *imitators)
+    recorded = _normal(fit, fit.record, fit.sensitive.motion, effects, everything)
+    further = _normal(fit, menu.record, menu.motion, effects, everything)
     # Of each trial of the menu by itself, (T, P, P); what is known beforehand counts once, with the recorded ones.
     alone = np.swapaxes(further.without_starts(further.slope), -1, -2) @ further.slope
     now = _separation(recorded.matrix, strength, noise)
     after = [_separation(recorded.matrix + matrix, strength, noise) for matrix in alone]
-    return sorted(map(Proposal, menu.names, after, [now] * len(after)), key=lambda p: -p.separation)
+    return sorted(map(Proposal, menu.record.names, after, [now] * len(after)), key=lambda p: -p.separation)
 
 
 def _strength(fit: Fit, effect: Effect) -> Array:
@@ -98,13 +119,14 @@ def _menu(fit: Fit) -> Record:
     )
 
 
-def _normal(fit: Fit, record: Record, effects: Sequence[Effect], free: Sequence[Free]) -> Normal:
+def _normal(fit: Fit, record: Record, motion: Motion, effects: Sequence[Effect], free: Sequence[Free]) -> Normal:
     """The normal equations of trials whose motion is that of a fit with further effects, which are still 0."""
     values = np.array([fit.parameters.get(p.name, 0.0) for p in free])
-    start = torch.tensor([[START_RAD, 0.0]], dtype=torch.float64).expand(len(record.names), 2)
-    start = torch.from_numpy(fit.starts) if record is fit.record else start
-    simulation = record.simulation(fit.model.with_effects(effects), bind_values(free, values))
-    result = solve(simulation, start[:, 0], start[:, 1], wrt={p.name: p.scale for p in free})
+    model = fit.model.with_effects(effects)
+    simulation = record.simulation(model, bind_values(free, values))
+    states = unpack(model, resting_states(simulation, motion.q, motion.qdot))[2] | unpack(fit.model, motion.state)[2]
+    guess = pack(model, motion.q, motion.qdot, states)
+    result = solve(simulation, *guess[:, 0, :2].unbind(-1), guess=guess, wrt={p.name: p.scale for p in free})
     return Problem(simulation, record, tuple(free)).normal_at(result, values)
 
 

@@ -200,9 +200,10 @@ def _drop(found: Posterior, model: Hypothesis) -> Hypothesis:
 
 
 def _with_one_less(model: Hypothesis) -> list[Hypothesis]:
-    """The models that lack one of the effects of a model with several, settled."""
+    """The models that lack one of the effects of a model with several, settled, but for those that are hopeless."""
     found = []
-    for name in model.effects if len(model.effects) > 1 else ():
+    several = model.effects if len(model.effects) > 1 else ()
+    for name in (name for name in several if model.without(name) > model.total - BEHIND):
         fit = attempt_fit(partial(without_effect, model.fit, name))
         if fit is not None:
             rest = tuple(other for other in model.effects if other != name)
