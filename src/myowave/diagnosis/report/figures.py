@@ -4,7 +4,7 @@ Where there are several models, the first (without any effect added) and the one
 """
 
 import textwrap
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from itertools import cycle
 from typing import Any
@@ -17,6 +17,7 @@ from matplotlib.lines import Line2D
 
 from myowave.diagnosis.causes import SURE
 from myowave.diagnosis.comparison.baselines import EMG_ONLY, HOLD, NOISE, POSTURE, POSTURE_LOAD, SAME_SPEED
+from myowave.diagnosis.comparison.summary import summarize_horizons, summarize_torque
 from myowave.diagnosis.report.ladder import PHYSICS, PLAIN, of_networks
 from myowave.diagnosis.report.numbers import degrees, two_digits
 from myowave.diagnosis.report.tell import base_of, noise, noise_with_emg
@@ -32,6 +33,7 @@ BASELINES = {
     POSTURE: {"color": ORANGE, "linestyle": "-.", "marker": "D", "markersize": 4.5},
     EMG_ONLY: {"color": GREEN, "linestyle": "-.", "marker": "s", "markersize": 4.5},
 }
+RIVALS = (POSTURE, POSTURE_LOAD, EMG_ONLY, HOLD, SAME_SPEED)  # predictors to beat, as far as a comparison has them
 PARTS = {"training trials": (BLUE, "o", -0.13), "held-out trials": (MODEL, "s", 0.13)}  # colour, marker, place
 WINDOWS_A_CELL, MOST_CELLS = 5, 12  # the map is as fine as so many windows in a cell, on average, allow
 FEWEST = 3  # windows in a cell of the map
@@ -67,7 +69,7 @@ def draw_diagnosis(
     words = {model: described(model, titles) for model in {*verdict["rmse_deg"], *ladder["model"]}}
     return {
         "glance": draw_glance(predictions[~predictions["model"].isin(others)], ends, verdict["horizon_s"]),
-        "torque": draw_torque(tables["torque"].replace(words)),
+        "torque": draw_torque(tables["torque"].replace(words), words[found]),
         "horizons": draw_horizons(tables["horizons"].replace(words), angle, of_networks(ladder), words[found]),
         "missing_torque": draw_missing_torque(
             missing[missing["model"].isin(ends)].replace(words),
@@ -100,11 +102,25 @@ def draw_glance(predictions: pd.DataFrame, physics: list[str], horizon_s: float 
     return figure
 
 
-def draw_torque(torque: pd.DataFrame) -> Figure:
-    """Share of the needed torque that each predictor explains, one dot per trial."""
-    rivals = (POSTURE, POSTURE_LOAD, EMG_ONLY)
-    models = [n for n in torque["model"].unique() if n not in (*rivals, NOISE)]
-    names = [*(n for n in rivals if n in set(torque["model"])), *models]
+def beside_the_best(
+    values: Mapping[str, float | None], models: Iterable[str], best_of: Callable[..., str], say: Callable[[float], str]
+) -> str:
+    """What the model without effects has, the one that was found, and the best predictor to beat: "0.74 by the muscle
+    model, 0.94 by posture and speed". Nothing of one that overflows."""
+    known = {name: value for name, value in values.items() if value is not None and value > LOWEST_R2}
+    told = zip(models, ("by the muscle model", "with what was found"), strict=False)
+    parts = [f"{say(known[name])} {by}" for name, by in told if name in known]
+    if rivals := [name for name in known if name in RIVALS]:
+        best = best_of(rivals, key=known.__getitem__)
+        parts.append(f"{say(known[best])} by {best}")
+    return ", ".join(parts)
+
+
+def draw_torque(torque: pd.DataFrame, found: str) -> Figure:
+    """Share of the needed torque that each predictor explains, one dot per trial; `found` is the model in the title
+    beside the first one."""
+    models = [n for n in torque["model"].unique() if n not in (*RIVALS, NOISE)]
+    names = [*(n for n in RIVALS if n in set(torque["model"])), *models]
     figure, ((share,),) = canvas(1, 1, width=9.0, height=1.2 + 0.62 * (len(names) + 2))
     shown = torque[torque["model"].isin(names)]
     for held_out, (label, (color, marker, offset)) in enumerate(PARTS.items()):
@@ -127,6 +143,9 @@ def draw_torque(torque: pd.DataFrame) -> Figure:
     share.set_xlim(min(-0.05, torque["r2"].clip(lower=LOWEST_R2).min() - 0.04), 1.03)
     share.set_xlabel("$R^2$ of the torque that the motion needs [-]")
     legend(figure, share, columns=3)
+    ends = dict.fromkeys((*models[:1], found))
+    if explained := beside_the_best(summarize_torque(torque)["r2"], ends, max, two_digits):
+        title(figure, f"Torque explained: {explained}")
     return figure
 
 
@@ -162,6 +181,9 @@ def draw_horizons(horizons: pd.DataFrame, levels: Mapping[str, float], networks:
         axis.set_title("held-out trials" if held_out else "training trials")
     axes[0, 0].set_ylabel("RMSE [deg]")
     legend(figure, axes[0, -1], columns=4)
+    told = summarize_horizons(horizons)
+    if errors := beside_the_best(told["rmse_deg"], models, min, degrees):
+        title(figure, f"Error {told['horizon_s']:g} s after a measured state: {errors}")
     return figure
 
 
