@@ -31,10 +31,10 @@ def test_a_ladder_says_over_what_its_errors_are_and_which_noise_makes_them():
 def test_titles_of_pictures_say_what_was_found():
     found = ("physics", "base+joint_damping", False, 0.5, 0.6, 0.5, 0.0)
     ladder = pd.DataFrame([PHYSICS, found], columns=COLUMNS)
-    told = "Held-out error of the muscle model: 8.4 deg, 0.60 deg with what was found"
+    told = "Held-out error of the model: 8.4 deg, 0.60 deg with what was found"
     assert draw_ladder(ladder, NOISE).get_suptitle() == told
     assert (
-        draw_ladder(ladder[:1], NOISE, 0.5).get_suptitle() == "Held-out error of the muscle model over 0.5 s: 8.4 deg"
+        draw_ladder(ladder[:1], NOISE, 0.5).get_suptitle() == "Held-out error of the model over 0.5 s: 8.4 deg"
     )
     point = {"angle_rad": 1.0, "velocity_rad_s": 0.0, "torque_Nm": 0.3}
     windows = pd.DataFrame([{"model": model, **point} for model in ("a", "b")])

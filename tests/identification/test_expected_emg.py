@@ -91,3 +91,13 @@ def test_one_more_sample_of_a_short_trial_changes_little_in_the_others(recorded)
         valid[2, few:] = False
         found.append(expected_excitation(recorded, valid, NOISE)[:2])
     assert np.abs(found[0] - found[1]).max() < 0.05 * NOISE
+
+
+def test_half_the_sampling_rate_has_its_share_of_noise():
+    """Of white excitation, half of which is noise, as much is kept there as at other frequencies."""
+    recorded = 0.5 + 0.05 * np.random.default_rng(3).standard_normal((4, 2048, 1))
+    kept = expected_excitation(recorded, np.ones((4, 2048), bool), 0.05 / np.sqrt(2))
+    before, after = (np.fft.rfft(x[..., 0]) for x in (recorded, kept))
+    middle, highest = slice(256, 768), slice(-4, None)
+    one, other = ((after * before.conj())[:, f].real.sum() / (np.abs(before[:, f]) ** 2).sum() for f in (middle, highest))
+    assert other == pytest.approx(one, rel=0.15)

@@ -58,6 +58,7 @@ def expected_excitation(emg: Array, valid: NDArray[np.bool_], noise: float, pass
         frequency = spectra[0][0]
         power = np.average([spectrum for _, spectrum in spectra], axis=0, weights=lengths)
         of_noise = 2 * noise**2 * np.abs(freqz(passed, worN=frequency, fs=1.0)[1]) ** 2
+        of_noise[-1] /= 2  # waves of half the sampling rate have no negative twin
         share = np.clip(1 - of_noise / np.maximum(power, 1e-300), 0.0, 1.0)
         share[0] = 1.0
         taps = firwin2(2 * (segment // 2) + 1, frequency / frequency[-1], share)

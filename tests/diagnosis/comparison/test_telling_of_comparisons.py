@@ -131,7 +131,7 @@ def test_a_picture_says_what_it_shows_beside_the_best_rival():
     rows = [("base", True, 0.74), ("base+drag", True, 0.9), (POSTURE, True, 0.95), (EMG_ONLY, True, 0.8)]
     torque = pd.DataFrame([*rows, ("base", False, 0.2), (NOISE, True, 1.0)], columns=["model", "held_out", "r2"])
     assert draw_torque(torque, "base+drag").get_suptitle() == (
-        "Torque explained: 0.74 by the muscle model, 0.90 with what was found, 0.95 by posture and speed"
+        "Torque explained: 0.74 by the model, 0.90 with what was found, 0.95 by posture and speed"
     )
     errors = [("base", np.inf), (POSTURE, 6.0), (EMG_ONLY, 5.0), (HOLD, 9.0), (SAME_SPEED, 8.0)]
     horizons = pd.DataFrame([(name, 0.5, True, error) for name, error in errors], columns=SHORT.columns)

@@ -105,10 +105,10 @@ def draw_glance(predictions: pd.DataFrame, physics: list[str], horizon_s: float 
 def beside_the_best(
     values: Mapping[str, float | None], models: Iterable[str], best_of: Callable[..., str], say: Callable[[float], str]
 ) -> str:
-    """What the model without effects has, the one that was found, and the best predictor to beat: "0.74 by the muscle
-    model, 0.94 by posture and speed". Nothing of one that overflows."""
+    """What the model without effects has, the one that was found, and the best predictor to beat: "0.74 by the model,
+    0.94 by posture and speed". Nothing of one that overflows."""
     known = {name: value for name, value in values.items() if value is not None and value > LOWEST_R2}
-    told = zip(models, ("by the muscle model", "with what was found"), strict=False)
+    told = zip(models, ("by the model", "with what was found"), strict=False)
     parts = [f"{say(known[name])} {by}" for name, by in told if name in known]
     if rivals := [name for name in known if name in RIVALS]:
         best = best_of(rivals, key=known.__getitem__)
@@ -274,7 +274,7 @@ def draw_ladder(ladder: pd.DataFrame, levels: Mapping[str, float], horizon_s: fl
         error.set_ylim(0, max(error.get_ylim()[1], 1.08 * max(high, *levels.values())))
     steps = [degrees(one) for one in physics[~physics["named"].astype(bool)]["heldout_rmse_deg"]]
     found = f", {steps[-1]} with what was found" * (len(steps) > 1)
-    title(figure, f"Held-out error of the muscle model{over}: {steps[0]}{found}")
+    title(figure, f"Held-out error of the model{over}: {steps[0]}{found}")
     error.set_ylabel("RMSE [deg]")
     error.set_xticks(range(len(models)), [wrapped(m) for m in models], fontsize=9)
     error.set_xlim(-0.5, len(models) - 0.5)
