@@ -18,7 +18,7 @@ from scipy.signal import lfilter
 from torch import Tensor
 
 from myowave.data.trials import Array, Trials
-from myowave.diagnosis.causes import CLOCK_DRIFT, EMG_NOISE, GAIN_PER_TRIAL, OUTSIDE, OWN_SHAPES
+from myowave.diagnosis.causes import EMG_NOISE, GAIN_PER_TRIAL, OUTSIDE, OWN_SHAPES
 from myowave.identification.free_parameters import free_parameters
 from myowave.physics.curves import Curve, Curves
 from myowave.physics.model import Model
@@ -53,7 +53,7 @@ TRUE: Mapping[str, frozenset[str]] = {
 # And of a sensor.
 TRUE_OF: Mapping[str, frozenset[str]] = {
     "emg_noise": frozenset({EMG_NOISE}),
-    "drift_pct": frozenset({CLOCK_DRIFT, OUTSIDE}),
+    "drift_pct": frozenset({"clock_drift"}),
     "gain_pct": frozenset({GAIN_PER_TRIAL, OUTSIDE}),
 }
 NOISES = frozenset({"emg_noise", "ar_deg", "step_deg"})  # of a recorder, that another recording would have otherwise

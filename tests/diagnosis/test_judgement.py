@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from myowave.diagnosis.causes import CLOCK_DRIFT, EMG_NOISE, OUTSIDE, OWN_SHAPES, SURE
+from myowave.diagnosis.causes import EMG_NOISE, GAIN_PER_TRIAL, OUTSIDE, OWN_SHAPES, SURE
 from myowave.diagnosis.likelihood.algebra import Weighed
 from myowave.diagnosis.likelihood.components import CURVES, EMG, NOISE, REPEATS
 from myowave.diagnosis.search.answer import ANYTHING, Answer, answer_of
@@ -107,10 +107,10 @@ def test_effects_that_cannot_be_told_apart_are_a_class(weighed):
     answer, ladder = weighed
     members = ("joint_damping", "muscle_damping")
     # What the model has stands first; what has no model, as a recorder's doings, is as good a member as any.
-    hedged = replace(answer, kind="class", named=((EMG_NOISE, CLOCK_DRIFT), members[::-1], (OWN_SHAPES,)))
+    hedged = replace(answer, kind="class", named=((EMG_NOISE, GAIN_PER_TRIAL), members[::-1], (OWN_SHAPES,)))
     verdict = Verdict(hedged, ladder)
     assert (verdict.kind, verdict.effects) == ("partial", ("joint_damping",))
-    assert verdict.named == (members, (EMG_NOISE, CLOCK_DRIFT)) and verdict.causes == ("joint_damping", EMG_NOISE)
+    assert verdict.named == (members, (EMG_NOISE, GAIN_PER_TRIAL)) and verdict.causes == ("joint_damping", EMG_NOISE)
 
 
 def test_what_the_catalogue_lacks_stands_behind_what_it_has(weighed):

@@ -33,9 +33,7 @@ def test_titles_of_pictures_say_what_was_found():
     ladder = pd.DataFrame([PHYSICS, found], columns=COLUMNS)
     told = "Held-out error of the model: 8.4 deg, 0.60 deg with what was found"
     assert draw_ladder(ladder, NOISE).get_suptitle() == told
-    assert (
-        draw_ladder(ladder[:1], NOISE, 0.5).get_suptitle() == "Held-out error of the model over 0.5 s: 8.4 deg"
-    )
+    assert draw_ladder(ladder[:1], NOISE, 0.5).get_suptitle() == "Held-out error of the model over 0.5 s: 8.4 deg"
     point = {"angle_rad": 1.0, "velocity_rad_s": 0.0, "torque_Nm": 0.3}
     windows = pd.DataFrame([{"model": model, **point} for model in ("a", "b")])
     torques = draw_missing_torque(windows, {"a": 0.26, "b": 0.0}).axes[:2]

@@ -298,11 +298,11 @@ def test_of_a_machine_it_is_said_what_to_do_instead(base, clean):
 
 
 def test_effects_with_states_and_sensors_that_report_slow_motions_otherwise_are_said_to_be_left_out(ask):
-    names = ("hand_load", "fatigue", "vmax_change", "observation_lag", "elastic_mount", "angle_scale")
+    names = ("hand_load", "fatigue", "vmax_change", "observation_lag", "elastic_mount", "clock_drift", "angle_scale")
     answer = ask({"load": 0.4}, ("3",), names=names)
     page = change_page(changed_facts("elbow", answer))
     expected = "muscle fatigue, another maximum shortening velocity, an angle sensor that lags, a flexible mount of the"
-    assert f"Not weighed: {expected} angle sensor." in page
+    assert f"Not weighed: {expected} angle sensor, a time drift between EMG and motion." in page
 
 
 def test_no_change_is_sought_in_what_does_nothing_alone(base, effects):

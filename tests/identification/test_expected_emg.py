@@ -99,5 +99,7 @@ def test_half_the_sampling_rate_has_its_share_of_noise():
     kept = expected_excitation(recorded, np.ones((4, 2048), bool), 0.05 / np.sqrt(2))
     before, after = (np.fft.rfft(x[..., 0]) for x in (recorded, kept))
     middle, highest = slice(256, 768), slice(-4, None)
-    one, other = ((after * before.conj())[:, f].real.sum() / (np.abs(before[:, f]) ** 2).sum() for f in (middle, highest))
+    one, other = (
+        (after * before.conj())[:, f].real.sum() / (np.abs(before[:, f]) ** 2).sum() for f in (middle, highest)
+    )
     assert other == pytest.approx(one, rel=0.15)

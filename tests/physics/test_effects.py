@@ -85,6 +85,15 @@ def test_a_clock_shift_by_whole_samples_moves_the_record(elbow, drive, plain, dt
     torch.testing.assert_close(late.angle[..., 3:], plain.angle[..., :-3], rtol=0, atol=1e-12)
 
 
+def test_a_clock_that_drifts_by_a_sample_in_ten_reads_every_tenth_sample_one_earlier(elbow, drive, plain, dt):
+    model = elbow.with_effects([catalogue()["clock_drift"]])
+    late = simulate(Simulation(model, {"clock_drift.d": 0.1}, drive, dt), 1.0)
+    known = range(0, plain.angle.shape[-1], 10)
+    torch.testing.assert_close(
+        late.angle[..., known], plain.angle[..., [n - n // 10 for n in known]], rtol=0, atol=1e-9
+    )
+
+
 def test_crosstalk_is_taken_out_of_a_recording_to_first_order(elbow):
     recorded = torch.tensor([[0.5, 0.2]], dtype=torch.float64)
     pure = catalogue()["emg_crosstalk"].function

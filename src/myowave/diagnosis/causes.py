@@ -8,14 +8,12 @@ SURE = math.log(NAMED / (1 - NAMED))  # nats for an effect that its name takes
 EMG_NOISE = "emg_noise"  # what was recorded is not all that drove the arm
 OWN_SHAPES = "muscle curves or paths of another shape"  # than the settings or an effect of the catalogue allow
 OUTSIDE = "outside"  # in a class: something like it that the catalogue lacks
-CLOCK_DRIFT, GAIN_PER_TRIAL = "clock_drift", "gain_per_trial"
-OF_RECORDER = (CLOCK_DRIFT, GAIN_PER_TRIAL)  # beside its noise: causes of misfit that no physics has
+GAIN_PER_TRIAL = "gain_per_trial"
 SILENT = "silent_electrode"  # what may have changed between two groups of trials: it reports nothing in one
 CAUSE_TITLES = {
     EMG_NOISE: "noise of the recorded EMG",
     OWN_SHAPES: OWN_SHAPES,
     OUTSIDE: "something the catalogue lacks",
-    CLOCK_DRIFT: "time drift between EMG and motion",
     GAIN_PER_TRIAL: "a gain of the EMG that differs between trials",
     SILENT: "an electrode that reports nothing",
 }

@@ -229,14 +229,18 @@ def _weighable(model: Model, effect: Effect) -> bool:
 
 
 def _reports_all_alike(effect: Effect) -> bool:
-    """Whether a sensor reports fast motions as it does slow ones, but for when. What others do to the errors between
-    windows, fast or slow, nobody knows, and an evidence hangs on it."""
-    time, sizes = torch.arange(400, dtype=torch.float64) / 100, []
+    """Whether a sensor reports fast motions as it does slow ones, but for when, and late ones as early ones. What
+    others do to the errors between windows, fast or slow, nobody knows, and an evidence hangs on it; and what grows
+    along a trial is no difference between trials."""
+    time, sizes, early, late = torch.arange(400, dtype=torch.float64) / 100, [], slice(20, 180), slice(220, 380)
     values = {name: torch.tensor(p.typical, dtype=torch.float64) for name, p in effect.parameters.items()}
     acting = Acting(effect, values)
     for turning in (math.pi, 4 * math.pi):  # rad/s: 0.5 and 2 Hz, as elbows move
         q, qdot = torch.sin(turning * time), turning * torch.cos(turning * time)
-        sizes.append(float(acting({"q": q, "qdot": qdot, "dt": 0.01}).std()))
+        reported = acting({"q": q, "qdot": qdot, "dt": 0.01})
+        if not torch.allclose(reported[early], reported[late], atol=1e-3):  # two periods apart, or eight
+            return False
+        sizes.append(float(reported.std()))
     return math.isclose(*sizes, rel_tol=0.01)
 
 

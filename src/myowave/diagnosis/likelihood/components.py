@@ -40,11 +40,11 @@ MEMORY_S = 0.3  # ASSUME: a torque that nobody recorded stays alike for so long
 STARTS = np.radians([5.0, 50.0])  # how far the fitted start of a trial may be off [rad, rad/s]
 
 NOISE, EMG, CURVES, PATHS, REPEATS, SLOW = "noise", "emg", "curves", "paths", "repeats", "slow"
-COLOURED, DRIFT, GAINS, TISSUE, MOTOR = "coloured", "drift", "gains", "tissue", "motor"
+COLOURED, GAINS, TISSUE, MOTOR = "coloured", "gains", "tissue", "motor"
 # What stands for something that the model lacks, and is no noise.
 MISSING = frozenset({CURVES, PATHS, REPEATS, SLOW, TISSUE})
 # Bounds of sizes and where their search starts: rad; of the EMG; standard bumps, twice; rad of each part; rad; rad;
-# s/s; a share; rad; of what the motor's torque shows.
+# a share; rad; of what the motor's torque shows.
 SIZES = {
     NOISE: (1e-5, 1e-2, 0.3),
     # ASSUME: the amplitude of EMG is at most 35 times its noise, with eight electrodes on one muscle at a tenth of its
@@ -55,7 +55,6 @@ SIZES = {
     REPEATS: (1e-5, 0.02, 1.0),
     SLOW: (1e-5, 0.02, 1.0),
     COLOURED: (1e-4, 1e-2, 0.3),
-    DRIFT: (1e-4, 3e-3, 0.1),
     GAINS: (1e-3, 0.05, 0.6),
     TISSUE: (1e-3, 0.03, 0.6),
     # ASSUME: noise of a recorded torque is in the record to be seen; a low-pass, as before a coarser grid, takes up to
@@ -85,14 +84,12 @@ def residual_of(fit: Fit, view: View, catalogue: Collection[str] = ()) -> Residu
         _sized(PATHS, columns=look(pushes.paths)),
     ]
     if fit.record.pieces is None:
-        activation, velocity = along_steps(fit)[2], fit.sensitive.motion.state[..., 1].numpy()
-        drifting = np.where(fit.record.valid, velocity * np.arange(velocity.shape[1]) * view.dt, 0.0)
+        activation = along_steps(fit)[2]
         artefact = torch.cat([activation, activation[:, -1:]], 1).numpy() * fit.record.valid[..., None]
         excitation = torch.from_numpy(excitation_of(fit))
         by_gain = torch.einsum("ntmw,tnm,mc->tcw", by_excitation, excitation, electrodes_of(fit))
         components += [
             coloured(view, view.memory_s),
-            _sized(DRIFT, columns=look(drifting[..., None])),
             _forced(GAINS, by_gain[None], view),
             _sized(TISSUE, columns=look(artefact)),
         ]

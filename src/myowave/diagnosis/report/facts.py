@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from myowave.data.json_files import number_or_none
-from myowave.diagnosis.causes import CAUSE_TITLES, EMG_NOISE, OF_RECORDER, OWN_SHAPES
+from myowave.diagnosis.causes import CAUSE_TITLES, EMG_NOISE, GAIN_PER_TRIAL, OWN_SHAPES
 from myowave.diagnosis.search.diagnose import Diagnosis
 from myowave.diagnosis.search.next_trial import SEPARATED
 from myowave.diagnosis.search.where import locate
@@ -81,7 +81,7 @@ def verdict_facts(diagnosis: Diagnosis) -> dict[str, Any]:
         "failed": dict(diagnosis.failed),
         "noise_is_bound": diagnosis.noise_deg <= BOUND * SMALLEST_NOISE_DEG,
         "titles": {c.name: c.effect.title for c in ladder.rankings[0]}
-        | {c: CAUSE_TITLES[c] for c in (EMG_NOISE, *OF_RECORDER)},
+        | {c: CAUSE_TITLES[c] for c in (EMG_NOISE, GAIN_PER_TRIAL)},
     }
 
 

@@ -12,8 +12,8 @@ import numpy as np
 import torch
 from scipy.stats import chi2
 
-from myowave.diagnosis.causes import CLOCK_DRIFT, EMG_NOISE, GAIN_PER_TRIAL, LIKELY, NAMED, OUTSIDE, OWN_SHAPES
-from myowave.diagnosis.likelihood.components import COLOURED, CURVES, DRIFT, EMG, GAINS, MISSING, NOISE, PATHS
+from myowave.diagnosis.causes import EMG_NOISE, GAIN_PER_TRIAL, LIKELY, NAMED, OUTSIDE, OWN_SHAPES
+from myowave.diagnosis.likelihood.components import COLOURED, CURVES, EMG, GAINS, MISSING, NOISE, PATHS
 from myowave.diagnosis.likelihood.hypothesis import Hypothesis
 from myowave.diagnosis.search.weigh import Posterior
 
@@ -27,7 +27,6 @@ NAME_OF = dict.fromkeys(MISSING, OUTSIDE) | {
     CURVES: OWN_SHAPES,
     PATHS: OWN_SHAPES,
     EMG: EMG_NOISE,
-    DRIFT: CLOCK_DRIFT,
     GAINS: GAIN_PER_TRIAL,
 }
 

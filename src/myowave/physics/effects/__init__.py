@@ -40,6 +40,7 @@ NAMES = (
     "angle_offset",
     "angle_scale",
     "clock_shift",
+    "clock_drift",
     "observation_lag",
     "elastic_mount",
 )

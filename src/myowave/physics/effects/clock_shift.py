@@ -7,12 +7,14 @@ from myowave.physics.effect import Effect, Parameter
 
 
 def shifted_angle(q: Tensor, qdot: Tensor, dt: float, *, d: Tensor) -> Tensor:
-    """Measured angle q(t - d) [rad] from samples (..., N) every `dt` seconds; d > 0 where the motion is recorded late.
+    """Measured angle q(t - d) [rad] from samples (..., N) every `dt` seconds; d > 0 where that is late."""
+    return angle_at(torch.arange(q.shape[-1], dtype=q.dtype, device=q.device) - d / dt, q, qdot, dt)
 
-    Cubic between samples, from angle and velocity; straight before the first sample and after the last.
-    """
+
+def angle_at(position: Tensor, q: Tensor, qdot: Tensor, dt: float) -> Tensor:
+    """The angle (..., N) at positions in samples (..., N): cubic between samples, from angle and velocity; straight
+    before the first sample and after the last."""
     samples = q.shape[-1]
-    position = torch.arange(samples, dtype=q.dtype, device=q.device) - d / dt
     cell = position.detach().floor().clamp(0, max(samples - 2, 0))
     q, qdot, position, cell = torch.broadcast_tensors(q, qdot, position, cell)
     left, right = cell.long(), (cell.long() + 1).clamp(max=samples - 1)
