@@ -59,7 +59,7 @@ def test_any_past_of_a_trial_moves_it_as_the_ways_of_the_emg_say(fit):
 
 def test_emg_before_a_piece_is_known_but_for_the_first_of_a_trial(fit):
     record = fit.record.cut(0.5)
-    begin = record.pieces.begin * record.dt
+    begin = record.begin_s
     first = np.isclose(begin, 0)
     assert first.any() and not first.all()
     pieces = fit_from(fit.model, record, fit.free, fit.values[None])

@@ -81,7 +81,9 @@ def test_a_gain_is_that_of_an_electrode_whatever_it_drives(make_fit):
     np.testing.assert_allclose(said, seen[:, :, None] * seen[:, None], atol=0.1 * np.abs(said).max())
 
 
-@pytest.mark.parametrize(("name", "value"), [("observation_lag", 0.1), ("clock_shift", -0.05), ("angle_scale", 0.2)])
+@pytest.mark.parametrize(
+    ("name", "value"), [("observation_lag", 0.1), ("clock_shift", -0.05), ("clock_drift", 0.01), ("angle_scale", 0.2)]
+)
 def test_a_push_is_seen_through_the_sensor_of_the_model(make_fit, effects, name, value):
     fit, effect = make_fit(), effects[name]
     ((short, p),) = effect.parameters.items()
@@ -101,5 +103,5 @@ def test_a_push_is_seen_through_the_sensor_of_the_model(make_fit, effects, name,
         carried = (jacobian[:, n] @ (after[-1] - state[:, n])[..., None])[..., 0]
         after.append(state[:, n + 1] + carried + pushed[:, n])
     both = torch.stack([torch.stack(after, 1), state])
-    moved, still = observe(fit.simulation.along_time, *both[..., :2].unbind(-1), fit.record.dt)
+    moved, still = observe(fit.simulation, fit.simulation.along_time, *both[..., :2].unbind(-1))
     np.testing.assert_allclose(said, ((moved - still) / step).numpy(), rtol=1e-3, atol=1e-6)

@@ -60,7 +60,7 @@ def test_a_piece_moves_as_the_trial_does_from_its_state_there(noisy, base):
     whole = simulate(noisy.simulation(base, {}), 0.6).state
     pieces = noisy.cut(0.5)
     row = [noisy.names.index(name) for name in pieces.names]
-    begin = np.round(pieces.begin_s / noisy.dt).astype(int)
+    begin = pieces.begin
     state = simulate(pieces.simulation(base, {}), *whole[row, begin].unbind(-1)).state
     for i, length in enumerate(pieces.lengths):
         torch.testing.assert_close(state[i, :length], whole[row[i], begin[i] : begin[i] + length], rtol=0, atol=1e-9)
@@ -148,7 +148,7 @@ def test_starts_of_pieces_are_as_far_off_as_they_are_said_to_be(clean, make_nois
         pieces = make_noisy(noise_deg, seed).cut(0.5)
         exact = replace(make_noisy(0.0), window=SHORTEST).cut(0.5)
         off.append((pieces.motion[:, 0] - exact.motion[:, 0]).numpy() / pieces.start_error)
-    sizes, first = np.sqrt(np.mean(np.square(off), 0)), pieces.pieces.begin == 0
+    sizes, first = np.sqrt(np.mean(np.square(off), 0)), pieces.begin == 0
     for some in (first, ~first):
         np.testing.assert_allclose(np.sqrt((sizes[some] ** 2).mean(0)), 1.0, rtol=0.15)
 

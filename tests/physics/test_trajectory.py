@@ -14,7 +14,7 @@ from myowave.physics.trajectory import Newton, derivatives_of, solve
 CASES = {
     "base": {},
     "state": {"activation_dynamics": 0.04, "compliant_tendon": 0.05},
-    "observation": {"angle_offset": 0.05, "clock_shift": 0.02},
+    "observation": {"angle_offset": 0.05, "clock_shift": 0.02, "clock_drift": 0.01},
     "joint": {"joint_damping": 0.5, "extra_delay": 0.013},
 }
 START = torch.tensor([1.0, 0.9], dtype=torch.float64), torch.tensor([0.0, 0.2], dtype=torch.float64)

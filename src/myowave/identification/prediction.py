@@ -42,7 +42,7 @@ def predict(fit: Fit, record: Record) -> Prediction:
         angle = solve(simulation, start[:, 0], start[:, 1], guess=guess).motion.angle.numpy()
     else:
         along = Along(fit.model, record.whole, params)
-        angle = along.predict(record.pieces.row, record.pieces.begin, record.angle.shape[1] - 1)
+        angle = along.predict(record.pieces.row, record.begin, record.angle.shape[1] - 1)
     angle = np.nan_to_num(angle, nan=LARGEST).clip(-LARGEST, LARGEST)  # where the motion diverges
     residual = np.where(record.valid, record.angle - angle, 0.0)
     return Prediction(residual, float(np.sqrt((residual**2).sum() / record.samples)))

@@ -33,7 +33,6 @@ class Cut:
 
     whole: "Record"  # the trials
     row: NDArray[np.int64]  # the trial of each piece, (T,); the pieces of a trial are in the order of time
-    begin: NDArray[np.int64]  # its first sample there, (T,)
     horizon_s: float  # how long a piece is at least, but for trials that are shorter [s]
 
 
@@ -47,6 +46,7 @@ class Record:
     angle: NDArray[np.float64]  # measured [rad], (T, N)
     valid: NDArray[np.bool_]  # False where a shorter trial is padded, (T, N)
     training: NDArray[np.bool_]  # which trials may be fitted, (T,)
+    begin: NDArray[np.int64]  # the first sample of each row in its trial, (T,)
     known: dict[str, Tensor]  # constants that are known, each (T,): the conditions of the trials
     # standard deviation of the noise of the angle [rad]; what is known of constants beforehand weighs as much as
     # samples with it, and with what a model is known to miss
@@ -77,7 +77,7 @@ class Record:
     @property
     def begin_s(self) -> NDArray[np.float64]:
         """When each row begins in its trial [s], (T,)."""
-        return np.full(len(self.names), self.dt) * (0 if self.pieces is None else self.pieces.begin)
+        return np.multiply(self.begin, self.dt, dtype=np.float64)
 
     @property
     def horizon_s(self) -> float | None:
@@ -112,7 +112,7 @@ class Record:
         return replace(
             self._part(row, np.arange(longest)[None], np.arange(self.lead + longest)[None]),
             names=tuple(self.names[i] for i in row),
-            pieces=None if cut is None else replace(cut, row=cut.row[row], begin=cut.begin[row]),
+            pieces=None if cut is None else replace(cut, row=cut.row[row]),
         )
 
     def cut(self, horizon_s: float) -> "Record":
@@ -132,7 +132,7 @@ class Record:
             self.stretches(row, begin, longest, end - 1),
             names=tuple(self.names[i] for i in row),
             valid=np.arange(longest) < (end - begin)[:, None],
-            pieces=Cut(self, row, begin, horizon_s),
+            pieces=Cut(self, row, horizon_s),
             torque=None,  # said once, of whole trials, by the fit to torque
         )
 
@@ -148,7 +148,7 @@ class Record:
         last = self.angle.shape[1] - 1 if last is None else last[:, None]
         # As in whole trials, EMG before the first sample of a trial holds the first value.
         past = (begin[:, None] + np.arange(-lead, samples)).clip(0, last)
-        return replace(self._part(row, past[:, lead:], past), lead=lead)
+        return replace(self._part(row, past[:, lead:], past), begin=begin, lead=lead)
 
     def _part(self, row: NDArray[np.intp], sample: NDArray[np.intp], past: NDArray[np.intp]) -> "Record":
         """Some rows (R,) at some samples (R, n), with the EMG at others (R, L + n)."""
@@ -159,6 +159,7 @@ class Record:
             angle=self.angle[at],
             valid=self.valid[at],
             training=self.training[row],
+            begin=self.begin[row],
             known={name: values[row] for name, values in self.known.items()},
             torque=None if self.torque is None else self.torque[at],
             course=None if self.course is None else self.course[at],
@@ -167,14 +168,15 @@ class Record:
     def simulation(self, model: Model, params: Params) -> Simulation:
         """What simulates these trials with a model: their EMG, what is known of them, and other parameters."""
         steps = 1 if model.muscles else math.ceil(self.dt / MACHINE_STEP_S)
-        return Simulation(model, {**self.known, **params}, self.emg, self.dt, steps, self.lead, self.course)
+        begin_s = torch.from_numpy(self.begin_s)
+        return Simulation(model, {**self.known, **params}, self.emg, self.dt, steps, self.lead, self.course, begin_s)
 
     @cached_property
     def motion(self) -> Tensor:
         """State (q, qdot) of the measured motion, smoothed, (T, N, 2)."""
         if self.pieces is not None:
             within = np.minimum(np.arange(self.angle.shape[1]), self.lengths[:, None] - 1)
-            return self.whole.motion[self.pieces.row[:, None], self.pieces.begin[:, None] + within]
+            return self.whole.motion[self.pieces.row[:, None], self.begin[:, None] + within]
         return torch.from_numpy(np.stack(self.smoothed(self.angle), -1))
 
     @cached_property
@@ -187,7 +189,7 @@ class Record:
         # ASSUME: half the window takes nothing of the motion, so what it finds otherwise was taken, but for noise.
         whole, narrow = self.whole, max(SHORTEST, self.window // 4 * 2 + 1)
         otherwise = np.stack(smooth(whole.angle, whole.lengths, self.dt, narrow), -1)
-        taken = (whole.motion.numpy() - otherwise)[self.pieces.row, self.pieces.begin]
+        taken = (whole.motion.numpy() - otherwise)[self.pieces.row, self.begin]
         errors = []
         for at_end in (True, False):
             wide = self._weights(at_end, self.window)
@@ -195,7 +197,7 @@ class Record:
                 self.noise * np.linalg.norm(w, axis=1) for w in (wide, wide - self._weights(at_end, narrow))
             )
             errors.append(np.sqrt(noise**2 + np.maximum(taken**2 - apart**2, 0.0)))
-        return np.where(self.pieces.begin[:, None] == 0, *errors)
+        return np.where(self.begin[:, None] == 0, *errors)
 
     @property
     def motion_error(self) -> NDArray[np.float64]:
@@ -234,6 +236,7 @@ def make_record(trials: Trials, model: Model, noise_deg: float | None = None) ->
         angle=trials.angle,
         valid=trials.valid,
         training=np.array([name not in trials.test for name in trials.names]),
+        begin=np.zeros(len(trials.names), dtype=np.int64),
         known={name: torch.from_numpy(values) for name, values in trials.known(model.defaults).items()},
         noise=noise,
         window=choose_window(recorded, trials.dt, noise),

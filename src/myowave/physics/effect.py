@@ -14,12 +14,13 @@ keyword-only arguments. It returns what its stage names. With all parameters at 
     inertia       extra moment of inertia [kg m^2] (...)        q, inertia, weight, constants of the joint
     joint         extra torque [N m] (...)                      q, qdot, activation (..., M), torque, gravity, curves,
                                                                 inertia, weight, constants
-    observation   measured angle [rad] (..., N)                 q, qdot, dt
+    observation   measured angle [rad] (..., N)                 q, qdot, dt, begin
 
 `side` (M,) is +1 for flexors and -1 for extensors, and counts among the constants of the muscles; `curves` are the
 base model's muscle curves, and `base_force` is what they give; `torque` is that of all that drives the joint, muscles
 and a motor, `gravity` that of the weight. Constants of a kind of path (l1 and l2 of a straight one, scale of a table)
 are there only if all muscles have such a path, and `length`, or `com` and `grip`, only if the model's forearm has them;
+`begin` is when the first sample was recorded, after its trial began [s] (..., 1);
 `inertia` of the forearm about the elbow, without load, and the moment `weight` of all that hangs from the elbow, with
 the forearm level, are there for any.
 
@@ -54,7 +55,7 @@ QUANTITIES: dict[str, frozenset[str]] = {
     "muscle": frozenset({"force", "base_force", "activation", "fibre_length", "fibre_velocity", "curves"}) | _MUSCLE,
     "inertia": frozenset({"q"}) | _JOINT | _FOREARM,
     "joint": frozenset({"q", "qdot", "activation", "torque", "gravity", "curves"}) | _JOINT | _FOREARM | _MUSCLE,
-    "observation": frozenset({"q", "qdot", "dt"}),
+    "observation": frozenset({"q", "qdot", "dt", "begin"}),
 }
 STAGES = tuple(QUANTITIES)
 # Stages whose effects may have a state, and what these may ask for besides.

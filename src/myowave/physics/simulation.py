@@ -67,6 +67,7 @@ class Simulation:
         lead: samples of EMG before the first sample of the motion, for muscles that answer late.
         course: how far the first V of the constants `OVER_TIME` are from their values for the trial at every sample of
             the motion, (..., T, N - lead, V); None where they stay there.
+        begin: when the motion begins, by the clocks of its recording [s], broadcastable to (..., T).
     """
 
     model: Model
@@ -76,6 +77,7 @@ class Simulation:
     substeps: int = 1
     lead: int = 0
     course: Tensor | None = None
+    begin: Tensor | float = 0.0
 
     @cached_property
     def valued(self) -> Valued:

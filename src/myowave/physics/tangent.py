@@ -102,8 +102,8 @@ def derivatives_observed(
     moved = linear.at + nudges.unsqueeze(-1) * tangent.movedim(-1, 0)
     valued = simulation.along_time
     parts = ((nudged.along_time, moved[: len(wrt)]), (valued, moved[len(wrt) :]))
-    angles = torch.cat([observe(values, at[..., 0], at[..., 1], simulation.dt) for values, at in parts if len(at)])
-    return (angles - observe(valued, linear.at[..., 0], linear.at[..., 1], simulation.dt)) / nudges
+    angles = torch.cat([observe(simulation, values, at[..., 0], at[..., 1]) for values, at in parts if len(at)])
+    return (angles - observe(simulation, valued, linear.at[..., 0], linear.at[..., 1])) / nudges
 
 
 def _nudged_copies(

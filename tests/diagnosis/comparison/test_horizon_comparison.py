@@ -66,7 +66,14 @@ def test_an_upper_arm_that_leans_over_time_is_known_at_every_restart_and_in_torq
 
 
 @pytest.mark.parametrize(
-    "hidden", [{}, {"activation_dynamics": {"rise": 0.1, "decay": 0.15}}, {"clock_shift": {"d": 0.05}}], ids="+".join
+    "hidden",
+    [
+        {},
+        {"activation_dynamics": {"rise": 0.1, "decay": 0.15}},
+        {"clock_shift": {"d": 0.05}},
+        {"clock_drift": {"d": 0.02}},
+    ],
+    ids="+".join,
 )
 def test_the_true_model_from_measured_states_misses_by_next_to_nothing(make_trials, along, hidden):
     table = compare_horizons([along(make_trials(hidden, noise_deg=0.0), hidden)], NO_ERRORS)

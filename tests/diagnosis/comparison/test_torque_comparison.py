@@ -29,6 +29,7 @@ DAMPING = {"joint_damping": {"c": 0.6}}
         ({"compliant_tendon": {"strain": 0.04}}, 0.995),
         ({"angle_scale": {"s": 0.1}}, 0.999),
         ({"clock_shift": {"d": 0.05}}, 0.98),
+        ({"clock_drift": {"d": 0.02}}, 0.98),
     ],
     ids=lambda value: "+".join(value) if isinstance(value, dict) else "",
 )

@@ -111,6 +111,7 @@ def _menu(fit: Fit) -> Record:
         angle=np.zeros((len(MENU), samples)),
         valid=np.ones((len(MENU), samples), dtype=bool),
         training=np.ones(len(MENU), dtype=bool),
+        begin=np.zeros(len(MENU), dtype=np.int64),
         known={name: torch.tensor(values, dtype=torch.float64) for name, values in known.items()},
         course=None,
         torque=None,

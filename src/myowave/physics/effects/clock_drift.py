@@ -7,10 +7,11 @@ from myowave.physics.effect import Effect, Parameter
 from myowave.physics.effects.clock_shift import angle_at
 
 
-def drifting_angle(q: Tensor, qdot: Tensor, dt: float, *, d: Tensor) -> Tensor:
-    """Measured angle q(t (1 - d)) [rad] from samples (..., N) every `dt` seconds, the first of which is right; d > 0
-    where the motion is recorded later and later."""
-    return angle_at(torch.arange(q.shape[-1], dtype=q.dtype, device=q.device) * (1.0 - d), q, qdot, dt)
+def drifting_angle(q: Tensor, qdot: Tensor, dt: float, begin: Tensor, *, d: Tensor) -> Tensor:
+    """Measured angle q(t (1 - d)) [rad] from samples (..., N) every `dt` seconds; d > 0 where the motion is recorded
+    later and later. The clocks agree where a trial begins, and these samples do so `begin` seconds (..., 1) later."""
+    sample = torch.arange(q.shape[-1], dtype=q.dtype, device=q.device)
+    return angle_at(sample - d * (sample + begin / dt), q, qdot, dt)
 
 
 EFFECT = Effect(
