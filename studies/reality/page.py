@@ -67,7 +67,8 @@ TAIL = """
 - Servo that is off: dry friction may be largest near rest, and how fast it grows from rest is estimated.
 - All machines: steps of the solver are 2.5 ms at most, and a recorded torque has noise, both found on simulated rigs.
   At first that noise could be three times what the record shows; then the light rod had damping and a flexible mount,
-  and nothing else, which is wrong. Now it is at most half more.
+  and nothing else, which is wrong. Now it is at most half more. A clock that drifts is fitted as an effect, found on
+  simulated arms: two rows are worded otherwise, none is graded otherwise.
 - Pendulum in bearings: what the catalogue has is no part of what it lacks, and how strong effects may be.
 - Rod on a motor: before any change its light weight was "unknown", its heavy one "a load in the hand or something like
   it". Asked then about all its trials, the method named dry friction, friction that grows with the load and a sensor
