@@ -46,9 +46,9 @@ def filtered(trials):
     return replace(trials, angle=sosfiltfilt(butter(2, 6.0, fs=1 / trials.dt, output="sos"), trials.angle, axis=1))
 
 
-def clock_drifted(trials, share=0.005):
+def clock_drifted(trials):
     time = np.arange(trials.angle.shape[1]) * trials.dt
-    return replace(trials, angle=np.stack([np.interp((1 + share) * time, time, angle) for angle in trials.angle]))
+    return replace(trials, angle=np.stack([np.interp(1.005 * time, time, angle) for angle in trials.angle]))
 
 
 def with_coloured_noise(trials):
@@ -114,6 +114,11 @@ def test_what_a_recorder_did_is_named_or_in_a_class_of_two(recorded, few, change
     """A clock that drifts makes, on average, a delay."""
     (members,) = judged(recorded(change), few).named
     assert name in members and len(members) <= 2
+
+
+def test_a_drift_too_large_for_a_first_order_leaves_nothing_to_other_sensors(recorded, few, effects):
+    found = judged(recorded(hidden={"clock_drift": {"d": 0.02}}), [*few, effects["elastic_mount"]])
+    assert (found.kind, found.named) == ("effect", (("clock_drift",),))
 
 
 def test_coloured_noise_of_the_angle_is_no_noise_of_the_emg(recorded, few):

@@ -103,5 +103,5 @@ def test_a_push_is_seen_through_the_sensor_of_the_model(make_fit, effects, name,
         carried = (jacobian[:, n] @ (after[-1] - state[:, n])[..., None])[..., 0]
         after.append(state[:, n + 1] + carried + pushed[:, n])
     both = torch.stack([torch.stack(after, 1), state])
-    moved, still = observe(fit.simulation, fit.simulation.along_time, *both[..., :2].unbind(-1))
+    moved, still = observe(fit.simulation, *both[..., :2].unbind(-1))
     np.testing.assert_allclose(said, ((moved - still) / step).numpy(), rtol=1e-3, atol=1e-6)

@@ -111,7 +111,7 @@ class Along:
     def _seen(self, q: Array, qdot: Array) -> Array:
         """What the sensor reports of a motion of the joint, (T, N) each."""
         angle, velocity = (torch.from_numpy(np.ascontiguousarray(x)) for x in (q, qdot))
-        return observe(self.simulation, self.simulation.along_time, angle, velocity).numpy()
+        return observe(self.simulation, angle, velocity).numpy()
 
     def _later(self, values: Array, ahead: Array) -> Array:
         """values(t + ahead), (T, N), cubic between samples, straight beyond the ends of a trial."""

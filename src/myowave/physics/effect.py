@@ -20,9 +20,8 @@ keyword-only arguments. It returns what its stage names. With all parameters at 
 base model's muscle curves, and `base_force` is what they give; `torque` is that of all that drives the joint, muscles
 and a motor, `gravity` that of the weight. Constants of a kind of path (l1 and l2 of a straight one, scale of a table)
 are there only if all muscles have such a path, and `length`, or `com` and `grip`, only if the model's forearm has them;
-`begin` is when the first sample was recorded, after its trial began [s] (..., 1);
 `inertia` of the forearm about the elbow, without load, and the moment `weight` of all that hangs from the elbow, with
-the forearm level, are there for any.
+the forearm level, are there for any. `begin` (..., 1) is when the first sample is, after its trial began [s].
 
 At the stages `activation` and `muscle` an effect may have a state y of its own, one number per muscle, that relaxes:
 dy/dt = (target - y) / time constant. Then `relaxation` returns (target, time constant [s] where y rises, where it

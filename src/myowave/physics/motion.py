@@ -260,12 +260,12 @@ def walk(simulation: Simulation, first: Tensor) -> Motion:
 
 def observed(simulation: Simulation, state: Tensor) -> Motion:
     """The motion whose states (..., T, N, K) are known, as a sensor sees it."""
-    return Motion(observe(simulation, simulation.along_time, state[..., 0], state[..., 1]), state)
+    return Motion(observe(simulation, state[..., 0], state[..., 1]), state)
 
 
-def observe(simulation: Simulation, valued: Valued, q: Tensor, qdot: Tensor) -> Tensor:
+def observe(simulation: Simulation, q: Tensor, qdot: Tensor) -> Tensor:
     """The angle that a sensor reports [rad] for a motion (..., T, N), through the effects on `observation`."""
     begin = torch.as_tensor(simulation.begin, dtype=q.dtype, device=q.device).unsqueeze(-1)
-    for effect in valued.acting["observation"]:
+    for effect in simulation.along_time.acting["observation"]:
         q = effect({"q": q, "qdot": qdot, "dt": simulation.dt, "begin": begin})
     return q

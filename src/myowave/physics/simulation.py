@@ -67,7 +67,7 @@ class Simulation:
         lead: samples of EMG before the first sample of the motion, for muscles that answer late.
         course: how far the first V of the constants `OVER_TIME` are from their values for the trial at every sample of
             the motion, (..., T, N - lead, V); None where they stay there.
-        begin: when the motion begins, by the clocks of its recording [s], broadcastable to (..., T).
+        begin: when the motion begins, after its trial does [s], broadcastable to (..., T).
     """
 
     model: Model

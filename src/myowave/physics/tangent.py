@@ -100,10 +100,9 @@ def derivatives_observed(
     nudges = torch.cat([nudges, nudges.new_full((tangent.shape[-1] - len(wrt),), NUDGE)])
     nudges = nudges.reshape(-1, *(1,) * (linear.at.ndim - 1))
     moved = linear.at + nudges.unsqueeze(-1) * tangent.movedim(-1, 0)
-    valued = simulation.along_time
-    parts = ((nudged.along_time, moved[: len(wrt)]), (valued, moved[len(wrt) :]))
-    angles = torch.cat([observe(simulation, values, at[..., 0], at[..., 1]) for values, at in parts if len(at)])
-    return (angles - observe(simulation, valued, linear.at[..., 0], linear.at[..., 1])) / nudges
+    parts = ((nudged, moved[: len(wrt)]), (simulation, moved[len(wrt) :]))
+    angles = torch.cat([observe(some, at[..., 0], at[..., 1]) for some, at in parts if len(at)])
+    return (angles - observe(simulation, linear.at[..., 0], linear.at[..., 1])) / nudges
 
 
 def _nudged_copies(

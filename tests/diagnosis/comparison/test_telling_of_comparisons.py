@@ -8,7 +8,7 @@ import pytest
 
 from myowave.diagnosis.comparison.baselines import EMG_ONLY, HOLD, NOISE, POSTURE, POSTURE_LOAD, SAME_SPEED
 from myowave.diagnosis.comparison.summary import summarize
-from myowave.diagnosis.report.figures import draw_horizons, draw_torque
+from myowave.diagnosis.report.figures import draw_horizons, draw_torque, findings
 from myowave.diagnosis.report.tell import tell
 
 SHORT = pd.DataFrame([("base", np.inf, True, 5.0)], columns=["predictor", "horizon_s", "held_out", "rmse_deg"])
@@ -106,7 +106,7 @@ def test_the_second_sentence_names_the_best_rival(tell_horizons):
 def test_what_overflows_is_said_in_text_and_picture(tell_torque, tell_horizons):
     torque = torque_of(0.61, -np.inf, -np.inf)
     assert "muscles of the model, driven by EMG, explain R² under -99" in tell_torque(torque, "base")
-    texts = [text.get_text() for axis in draw_torque(torque, "base").axes for text in axis.texts]
+    texts = [text.get_text() for axis in draw_torque(torque).axes for text in axis.texts]
     assert texts and set(texts) == {"torque overflows"}
     rows = [(p, h, True, 1.0) for p in (HOLD, SAME_SPEED, POSTURE, EMG_ONLY) for h in (0.2, 0.5)]
     rows = [("base", 0.2, True, 5.0), ("base", 0.5, True, np.inf), *rows]
@@ -122,19 +122,23 @@ def test_what_overflows_is_said_in_text_and_picture(tell_torque, tell_horizons):
 
 def test_trials_too_short_for_a_window_or_a_horizon_are_said_to_be(tell_torque, tell_horizons):
     torque = torque_of(np.nan, np.nan, np.nan)
-    assert "too short" in tell_torque(torque, "base") and draw_torque(torque, "base").axes
+    assert "too short" in tell_torque(torque, "base") and draw_torque(torque).axes
     assert "too short" in tell_horizons(SHORT, "base")
     assert draw_horizons(SHORT, {"noise": 0.5}, NO_NETWORKS, "base").axes
 
 
-def test_a_picture_says_what_it_shows_beside_the_best_rival():
+def test_a_picture_says_what_it_shows_beside_the_best_rival(facts):
     rows = [("base", True, 0.74), ("base+drag", True, 0.9), (POSTURE, True, 0.95), (EMG_ONLY, True, 0.8)]
     torque = pd.DataFrame([*rows, ("base", False, 0.2), (NOISE, True, 1.0)], columns=["model", "held_out", "r2"])
-    assert draw_torque(torque, "base+drag").get_suptitle() == (
-        "Torque explained: 0.74 by the model, 0.90 with what was found, 0.95 by posture and speed"
-    )
     errors = [("base", np.inf), (POSTURE, 6.0), (EMG_ONLY, 5.0), (HOLD, 9.0), (SAME_SPEED, 8.0)]
     horizons = pd.DataFrame([(name, 0.5, True, error) for name, error in errors], columns=SHORT.columns)
-    assert draw_horizons(horizons, {"noise": 0.5}, NO_NETWORKS, "base").get_suptitle() == (
+    rmse = {name: {"train": 1.0, "heldout": 1.0, "noise": 0.5} for name in ("base", "base+drag")}
+    found = {"model": "base+drag", "rmse_deg": rmse}
+    explained, ahead = findings(facts(**summarize(torque, horizons), **found))
+    assert draw_torque(torque, explained).get_suptitle() == (
+        "Torque explained: 0.74 by the model, 0.90 with what was found, 0.95 by posture and speed"
+    )
+    assert draw_horizons(horizons, {"noise": 0.5}, NO_NETWORKS, "base", ahead).get_suptitle() == (
         "Error 0.5 s after a measured state: 5.0 deg by EMG without physics"
     )
+    assert findings(facts(**summarize(torque.assign(r2=np.nan), SHORT))) == ("", "")

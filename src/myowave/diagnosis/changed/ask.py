@@ -238,7 +238,7 @@ def _reports_all_alike(effect: Effect) -> bool:
     for turning in (math.pi, 4 * math.pi):  # rad/s: 0.5 and 2 Hz, as elbows move
         q, qdot = torch.sin(turning * time), turning * torch.cos(turning * time)
         reported = acting({"q": q, "qdot": qdot, "dt": 0.01, "begin": time[:1]})
-        if not torch.allclose(reported[early], reported[late], atol=1e-3):  # two periods apart, or eight
+        if not torch.allclose(reported[early], reported[late], atol=1e-3):  # a period apart, or four
             return False
         sizes.append(float(reported.std()))
     return math.isclose(*sizes, rel_tol=0.01)

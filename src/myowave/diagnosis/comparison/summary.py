@@ -21,28 +21,21 @@ def summarize(torque: pd.DataFrame, horizons: pd.DataFrame) -> dict[str, Any]:
         overflows; horizons: the horizon nearest to half a second, None where trials are shorter, each predictor's RMSE
         there, and over whole trials, None where the motion overflows.
     """
-    return {"torque": summarize_torque(torque), "horizons": summarize_horizons(horizons)}
-
-
-def summarize_torque(torque: pd.DataFrame) -> dict[str, Any]:
-    """See `summarize`."""
     r2 = _shown(torque).groupby("model", sort=False)["r2"].mean()
-    return {
-        "held_out": bool(torque["held_out"].any()),
-        "r2": {name: None if np.isnan(value) else float(np.nan_to_num(value)) for name, value in r2.items()},
-    }
-
-
-def summarize_horizons(horizons: pd.DataFrame) -> dict[str, Any]:
-    """See `summarize`."""
     rmse = _shown(horizons).pivot(index="predictor", columns="horizon_s", values="rmse_deg")
     horizon = min((h for h in rmse.columns if np.isfinite(h)), key=lambda h: abs(h - NAMED_S), default=None)
     near, whole = (rmse.get(h, pd.Series(dtype=float)).dropna() for h in (horizon, np.inf))
     return {
-        "held_out": bool(horizons["held_out"].any()),
-        "horizon_s": horizon,
-        "rmse_deg": {name: number_or_none(value) for name, value in near.items()},
-        "whole_deg": {name: number_or_none(value) for name, value in whole.items()},
+        "torque": {
+            "held_out": bool(torque["held_out"].any()),
+            "r2": {name: None if np.isnan(value) else float(np.nan_to_num(value)) for name, value in r2.items()},
+        },
+        "horizons": {
+            "held_out": bool(horizons["held_out"].any()),
+            "horizon_s": horizon,
+            "rmse_deg": {name: number_or_none(value) for name, value in near.items()},
+            "whole_deg": {name: number_or_none(value) for name, value in whole.items()},
+        },
     }
 
 

@@ -27,9 +27,8 @@ def by_emg_before(fit: Fit) -> Array:
     if record.pieces is None:
         held = simulation.emg[:, :1].expand(-1, lead, -1)
         simulation = replace(simulation, emg=torch.cat([held, simulation.emg], 1), lead=lead)
-    first = record.begin
     ways = _ways(fit, lead)
-    place = first[:, None] - lead + np.arange(simulation.emg.shape[1])  # in the trial, (T, L + N)
+    place = record.begin[:, None] - lead + np.arange(simulation.emg.shape[1])  # in the trial, (T, L + N)
     before = (place < 0)[:, :, None, None] * ways[place.clip(-lead, -1) + lead]  # (T, L + N, M, C)
     if not before.any():
         return np.zeros((*record.valid.shape, 0))

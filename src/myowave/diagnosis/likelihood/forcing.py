@@ -71,7 +71,7 @@ def through_sensor(fit: Fit, waves: Tensor) -> Array:
     """Signals (T, N, 2, W) that the joint's angle and velocity are to be multiplied by, of those for the observed
     angle, (T, N, W)."""
     q, v = (x.detach().requires_grad_() for x in fit.sensitive.motion.state[..., :2].unbind(-1))
-    observed = observe(fit.simulation, fit.simulation.along_time, q, v) + 0.0 * v
+    observed = observe(fit.simulation, q, v) + 0.0 * v
     by_state = torch.autograd.grad(observed, (q, v), waves.movedim(-1, 0).contiguous(), is_grads_batched=True)
     return torch.stack(by_state, -1).movedim(0, -1).numpy()
 

@@ -112,14 +112,13 @@ class Hypothesis:
         """The total of the model less one of its effects, to first order about this one: the density of the effect's
         parameters at 0, posterior over prior, in the likeliest state. Source: Dickey 1971, Ann. Math. Stat. 42, 204."""
         place = [i for i, p in enumerate(self.fit.free) if p.name.split(".")[0] == name]
-        unit = prior_of(self.fit)[0]
+        unit = prior_of(self.fit)[0][place]
 
         def at_zero(state: Weighed) -> float:
-            mean, covariance = (x[np.ix_(*[place] * x.ndim)] for x in self._of_motion(state))
+            mean, covariance = self._of_motion(state)
             # The posterior's density in units of the prior's deviation; what both have of 2 pi cancels.
-            covariance = covariance / np.outer(unit[place], unit[place])
-            off = mean / unit[place]
-            return state.value - float(off @ np.linalg.solve(covariance, off) + np.linalg.slogdet(covariance)[1]) / 2
+            off, spread = mean[place] / unit, covariance[np.ix_(place, place)] / np.outer(unit, unit)
+            return state.value - float(off @ np.linalg.solve(spread, off) + np.linalg.slogdet(spread)[1]) / 2
 
         near = (state for state in self.counted.values() if state.value > self.best.value - BEHIND)
         return max(map(at_zero, near)) - self.prior / len(self.effects) + self.offset

@@ -4,7 +4,7 @@ Where there are several models, the first (without any effect added) and the one
 """
 
 import textwrap
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from itertools import cycle
 from typing import Any
@@ -17,10 +17,9 @@ from matplotlib.lines import Line2D
 
 from myowave.diagnosis.causes import SURE
 from myowave.diagnosis.comparison.baselines import EMG_ONLY, HOLD, NOISE, POSTURE, POSTURE_LOAD, SAME_SPEED
-from myowave.diagnosis.comparison.summary import summarize_horizons, summarize_torque
 from myowave.diagnosis.report.ladder import PHYSICS, PLAIN, of_networks
 from myowave.diagnosis.report.numbers import degrees, two_digits
-from myowave.diagnosis.report.tell import base_of, noise, noise_with_emg
+from myowave.diagnosis.report.tell import base_of, best_rival, noise, noise_with_emg
 from myowave.diagnosis.report.templates import called, described
 from myowave.plotting import BLACK, BLUE, GREEN, GREY, MEASURED, MODEL, ORANGE, PINK, SKY, canvas, title
 
@@ -33,7 +32,7 @@ BASELINES = {
     POSTURE: {"color": ORANGE, "linestyle": "-.", "marker": "D", "markersize": 4.5},
     EMG_ONLY: {"color": GREEN, "linestyle": "-.", "marker": "s", "markersize": 4.5},
 }
-RIVALS = (POSTURE, POSTURE_LOAD, EMG_ONLY, HOLD, SAME_SPEED)  # predictors to beat, as far as a comparison has them
+RIVALS = (POSTURE, POSTURE_LOAD, EMG_ONLY)  # predictors to beat, in torque
 PARTS = {"training trials": (BLUE, "o", -0.13), "held-out trials": (MODEL, "s", 0.13)}  # colour, marker, place
 WINDOWS_A_CELL, MOST_CELLS = 5, 12  # the map is as fine as so many windows in a cell, on average, allow
 FEWEST = 3  # windows in a cell of the map
@@ -67,10 +66,11 @@ def draw_diagnosis(
     missing, titles = tables["missing_torque"], verdict["titles"]
     fitted = ladder[~ladder["source"].str.startswith(PLAIN)]
     words = {model: described(model, titles) for model in {*verdict["rmse_deg"], *ladder["model"]}}
+    explained, ahead = findings(verdict)
     return {
         "glance": draw_glance(predictions[~predictions["model"].isin(others)], ends, verdict["horizon_s"]),
-        "torque": draw_torque(tables["torque"].replace(words), words[found]),
-        "horizons": draw_horizons(tables["horizons"].replace(words), angle, of_networks(ladder), words[found]),
+        "torque": draw_torque(tables["torque"].replace(words), explained),
+        "horizons": draw_horizons(tables["horizons"].replace(words), angle, of_networks(ladder), words[found], ahead),
         "missing_torque": draw_missing_torque(
             missing[missing["model"].isin(ends)].replace(words),
             {words[name]: rms for name, rms in verdict["missing_torque_Nm"].items() if rms is not None},
@@ -102,23 +102,27 @@ def draw_glance(predictions: pd.DataFrame, physics: list[str], horizon_s: float 
     return figure
 
 
-def beside_the_best(
-    values: Mapping[str, float | None], models: Iterable[str], best_of: Callable[..., str], say: Callable[[float], str]
-) -> str:
-    """What the model without effects has, the one that was found, and the best predictor to beat: "0.74 by the model,
-    0.94 by posture and speed". Nothing of one that overflows."""
-    known = {name: value for name, value in values.items() if value is not None and value > LOWEST_R2}
-    told = zip(models, ("by the model", "with what was found"), strict=False)
-    parts = [f"{say(known[name])} {by}" for name, by in told if name in known]
-    if rivals := [name for name in known if name in RIVALS]:
-        best = best_of(rivals, key=known.__getitem__)
-        parts.append(f"{say(known[best])} by {best}")
-    return ", ".join(parts)
+def findings(verdict: Mapping[str, Any]) -> tuple[str, str]:
+    """What the pictures of torque and of horizons show: the model without effects, the one that was found, and the best
+    predictor to beat, but for what overflows; empty where there is nothing to say."""
+    r2, ahead = verdict["torque"]["r2"], verdict["horizons"]
+    best = max((name for name in RIVALS if r2.get(name) is not None), key=lambda name: r2[name], default="")
+
+    def beside(values: Mapping[str, float | None], rival: str, say: Callable[[float], str]) -> str:
+        ends = dict.fromkeys((base_of(verdict)[0], verdict["model"]))
+        whose = {**dict(zip(ends, ("by the model", "with what was found"), strict=False)), rival: f"by {rival}"}
+        known = [(values.get(name), by) for name, by in whose.items()]
+        return ", ".join(f"{say(value)} {by}" for value, by in known if value is not None and value > LOWEST_R2)
+
+    explained, errors = beside(r2, best, two_digits), beside(ahead["rmse_deg"], best_rival(verdict), degrees)
+    return (
+        f"Torque explained: {explained}" if explained else "",
+        f"Error {ahead['horizon_s']:g} s after a measured state: {errors}" if errors else "",
+    )
 
 
-def draw_torque(torque: pd.DataFrame, found: str) -> Figure:
-    """Share of the needed torque that each predictor explains, one dot per trial; `found` is the model in the title
-    beside the first one."""
+def draw_torque(torque: pd.DataFrame, finding: str = "") -> Figure:
+    """Share of the needed torque that each predictor explains, one dot per trial, under what is found."""
     models = [n for n in torque["model"].unique() if n not in (*RIVALS, NOISE)]
     names = [*(n for n in RIVALS if n in set(torque["model"])), *models]
     figure, ((share,),) = canvas(1, 1, width=9.0, height=1.2 + 0.62 * (len(names) + 2))
@@ -143,15 +147,15 @@ def draw_torque(torque: pd.DataFrame, found: str) -> Figure:
     share.set_xlim(min(-0.05, torque["r2"].clip(lower=LOWEST_R2).min() - 0.04), 1.03)
     share.set_xlabel("$R^2$ of the torque that the motion needs [-]")
     legend(figure, share, columns=3)
-    ends = dict.fromkeys((*models[:1], found))
-    if explained := beside_the_best(summarize_torque(torque)["r2"], ends, max, two_digits):
-        title(figure, f"Torque explained: {explained}")
+    title(figure, finding)
     return figure
 
 
-def draw_horizons(horizons: pd.DataFrame, levels: Mapping[str, float], networks: pd.DataFrame, found: str) -> Figure:
+def draw_horizons(
+    horizons: pd.DataFrame, levels: Mapping[str, float], networks: pd.DataFrame, found: str, finding: str = ""
+) -> Figure:
     """Error against the horizon, of the first model, of the one that was found, of the predictors to beat, and over
-    whole trials of the networks; with levels of noise [deg], see `draw_levels`."""
+    whole trials of the networks; with levels of noise [deg], see `draw_levels`; under what is found."""
     times = sorted(h for h in horizons["horizon_s"].unique() if np.isfinite(h))
     place = {h: i for i, h in enumerate(times)} | {np.inf: len(times) + 0.4}
     models = dict.fromkeys((horizons["predictor"].iloc[0], found))
@@ -181,9 +185,7 @@ def draw_horizons(horizons: pd.DataFrame, levels: Mapping[str, float], networks:
         axis.set_title("held-out trials" if held_out else "training trials")
     axes[0, 0].set_ylabel("RMSE [deg]")
     legend(figure, axes[0, -1], columns=4)
-    told = summarize_horizons(horizons)
-    if errors := beside_the_best(told["rmse_deg"], models, min, degrees):
-        title(figure, f"Error {told['horizon_s']:g} s after a measured state: {errors}")
+    title(figure, finding)
     return figure
 
 

@@ -57,8 +57,7 @@ class Menu:
     def of(cls, fit: Fit) -> "Menu":
         """A FitError if no motion is found."""
         record = _menu(fit)
-        start = torch.tensor([[START_RAD, 0.0]], dtype=torch.float64).expand(len(MENU), 2)
-        motion = simulate(record.simulation(fit.model, bind_values(fit.free, fit.values)), *start.unbind(-1))
+        motion = simulate(record.simulation(fit.model, bind_values(fit.free, fit.values)), START_RAD)
         if not motion.state.isfinite().all():
             raise FitError(f"{fit.model.name}: its motion in a trial of the menu diverges.")
         return cls(fit, record, motion)
