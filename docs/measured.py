@@ -1,7 +1,8 @@
 """Write every number of README and of docs/ that the main job measures: `make readme`, after `make run`.
 
-It reads results/, docs/study_*.csv, docs/changed_cases.csv and docs/reality.csv, writes docs/numbers.json and pictures,
-and fills the blocks between `<!-- numbers: NAME -->` and `<!-- end -->`. A test holds the blocks to docs/numbers.json.
+It reads results/, docs/study_*.csv, docs/changed_cases.csv, docs/reality.csv and docs/held_out.csv, writes
+docs/numbers.json and pictures, and fills the blocks between `<!-- numbers: NAME -->` and `<!-- end -->`. A test holds
+the blocks to docs/numbers.json.
 """
 
 import json
@@ -25,6 +26,7 @@ from myowave.physics.effects import SHIPPED
 from myowave.scores import TITLES as RIVALS
 from studies.changed.answers import table, trials_needed
 from studies.changed.questions import PERSON as PEOPLE
+from studies.held_out.page import by_question, differences, lowest
 from studies.reality.score import GRADES
 from studies.shared import markdown
 from studies.verdicts.summary import answered_visible, true_names
@@ -78,6 +80,7 @@ def collect(results: Path) -> dict[str, Any]:
         ),
         "changed": _changed(pd.read_csv(ROOT / "docs/changed_cases.csv", keep_default_na=False, na_values=[""])),
         "reality": _reality(pd.read_csv(ROOT / "docs/reality.csv")),
+        "held_out": _held_out(pd.read_csv(ROOT / "docs/held_out.csv")),
     }
 
 
@@ -141,6 +144,11 @@ def _changed(cases: pd.DataFrame) -> dict[str, Any]:
     }
 
 
+def _held_out(rows: pd.DataFrame) -> dict[str, Any]:
+    """How far networks and baselines err by question, what choices change, and the worst of the network."""
+    return {"by_question": by_question(rows), "differences": differences(rows), "lowest": lowest(rows)}
+
+
 def _study(cases: pd.DataFrame, before: pd.DataFrame) -> dict[str, Any]:
     """What the answers of all draws are worth, and how many of the last one are wrong."""
     rows = pd.concat([before, cases])
@@ -198,7 +206,12 @@ def blocks(numbers: dict[str, Any]) -> dict[str, str]:
     texts["trials_needed"] = f"""
         **Trials needed.** Trials were added one by one in 20 orders of the loads (1.25 kg told for all, electrodes
         said to have stayed). The load is named, and nothing else, {needed}."""
+    worst = " and ".join(f"{r2:.3f} from {split}" for split, r2 in numbers["held_out"]["lowest"].items())
+    texts["held_out_lowest"] = f"""
+        The lowest R² of the network with 1 scale and EMG over weight on any trial and by any seed is {worst}."""
     tables = {
+        "held_out": numbers["held_out"]["by_question"],
+        "held_out_differences": numbers["held_out"]["differences"],
         "changed_person": changed["person"],
         "changed_arms": changed["arms"],
         "changed_arms_of": changed["arms_of"],
