@@ -17,6 +17,7 @@ from myowave.diagnosis.likelihood.shapes import (
     OWN,
     PASSIVE,
     PATH,
+    SLOWING,
     WIDTH,
     curve_bumps,
     path_bumps,
@@ -147,6 +148,16 @@ def test_bumps_leave_the_force_at_rest_to_the_largest_force_and_are_small():
     still, full = torch.zeros_like(length), torch.ones_like(length)
     parts = curve_bumps(Curves(), full, length, still)
     velocities = slice(9, 16)  # between those of the active length and those of the passive curve
-    assert parts.shape == (27, 20) and (parts[:, velocities] == 0).all()
-    assert parts[:, :9].max() == pytest.approx(ACTIVE, rel=0.01) and parts[:, 16:].max() == pytest.approx(PASSIVE)
+    assert parts.shape == (27, 21) and (parts[:, velocities] == 0).all() and (parts[:, 20] == 0).all()
+    assert parts[:, :9].max() == pytest.approx(ACTIVE, rel=0.01) and parts[:, 16:20].max() == pytest.approx(PASSIVE)
     assert (curve_bumps(Curves(), still, length, full)[:, :16] == 0).all(), "no active force without activation"
+
+
+@pytest.mark.parametrize("activation", [0.1, 0.5, 1.0])
+def test_the_last_bump_slows_muscles_that_are_little_active_as_thelen_does(activation):
+    velocity = torch.linspace(-0.3, 0.3, 25, dtype=torch.float64)
+    ones, usual = torch.ones_like(velocity), Curves()
+    share = (1 - np.exp(-SLOWING * (1 - activation))) / max(1 - activation, 1e-9)  # of v_max, as in Thelen 2003
+    slower = Curves(slowing=share)
+    change = slower.active(activation * ones, ones, velocity) - usual.active(activation * ones, ones, velocity)
+    torch.testing.assert_close(curve_bumps(usual, activation * ones, ones, velocity)[:, 20], change)

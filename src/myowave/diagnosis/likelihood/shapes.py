@@ -22,6 +22,9 @@ ACTIVE, PASSIVE = 0.1, 0.03  # standard deviation of a bump [f0]
 # ASSUME: in units of f0, l0 and v_max the muscles of an arm have one set of curves (Zajac 1989, Crit. Rev. Biomed. Eng.
 # 17), which differs from a family as a whole, and a muscle from the others by about a third of that.
 OWN = 0.3
+# ASSUME: a muscle without activation shortens at most more slowly, or faster, than one with all of it by this log:
+# half of that in Thelen 2003; the other families have none.
+SLOWING = 0.7
 WIDTH = 0.15  # of a bump, in units of l0 or v_max, and the usual distance between two
 ACTIVE_AT = np.arange(0.45, 1.75, WIDTH)  # l0
 VELOCITY_AT = np.array([-0.7, -0.5, -0.3, -0.15, 0.15, 0.3, 0.5])  # v_max; the force at 0 is f0 for any curve
@@ -45,7 +48,7 @@ def curve_bumps(curves: Curves, activation: Tensor, length: Tensor, velocity: Te
 
     The published families differ from one another by more than their shapes in the settings make up for, and so will
     any arm. Small smooth bumps on every curve, as large as these differences, may do the work of an effect: it has then
-    shown nothing but that curves differ.
+    shown nothing but that curves differ. The last column is a force-velocity curve that hangs on the activation.
     """
     lengthening = curves.force_velocity(velocity)
     long = curves.active_length(length)
@@ -53,6 +56,8 @@ def curve_bumps(curves: Curves, activation: Tensor, length: Tensor, velocity: Te
     parts = [ACTIVE * activation * lengthening * _bump(length, at) for at in ACTIVE_AT]
     parts += [ACTIVE * activation * long * moving * _bump(velocity, at) for at in VELOCITY_AT]
     parts += [PASSIVE * _bump(length, at) for at in PASSIVE_AT]
+    slower = curves.force_velocity(velocity * torch.exp(SLOWING * (1.0 - activation)))
+    parts.append(activation * long * (slower - lengthening))
     return torch.stack(parts, -1)
 
 
