@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.signal import savgol_filter
 from sessions import burst, curl, session_section, write_session
 
 from myowave.data.checks import cause, emg, motion
@@ -114,8 +115,17 @@ def trial_with(shift=0.1, seconds=24.0):
     time = np.arange(0, seconds, 0.01)
     envelope = Sampled(np.interp(time, knots, heights), 100.0, 0.0, "uV")
     angle = Sampled(0.2 + 1.5 * np.interp(time - shift, knots, heights), 100.0, 0.0, "rad")
-    recording = types.SimpleNamespace(raw=RawTrial({"emg_a": envelope}, angle), envelopes={"emg_a": envelope})
-    return types.SimpleNamespace(recordings={"1": recording})
+    return session_of({"1": (envelope, angle)})
+
+
+def session_of(signals, **loads):
+    """Trials of an envelope and an angle each, with the load of some."""
+    recordings = {
+        name: types.SimpleNamespace(raw=RawTrial({"emg_a": envelope}, angle), envelopes={"emg_a": envelope})
+        for name, (envelope, angle) in signals.items()
+    }
+    trials = types.SimpleNamespace(conditions={name: {"load": load} for name, load in loads.items()})
+    return types.SimpleNamespace(recordings=recordings, trials=trials)
 
 
 def told_of_clocks(of):
@@ -125,6 +135,22 @@ def told_of_clocks(of):
 @pytest.mark.parametrize(("shift", "checks"), [(0.1, []), (0.5, ["synchronisation"]), (-0.3, ["synchronisation"])])
 def test_clocks_that_differ_are_told(shift, checks):
     assert told_of_clocks(cause.Cause(trial_with(shift), {})) == checks
+
+
+@pytest.mark.parametrize(("late", "checks"), [(0.0, []), (0.4, ["synchronisation"])])
+def test_clocks_that_differ_are_told_where_most_emg_is_for_loads(late, checks):
+    signals, loads = {}, {"a": 0.0, "b": 1.5, "c": 3.0}
+    time = np.arange(0, 12, 0.01)
+    for trial, (name, load) in enumerate(loads.items()):
+        random = np.random.default_rng(trial)
+        knots = np.cumsum(random.uniform(1.0, 2.5, 20))
+        angle = savgol_filter(np.interp(time, knots, random.uniform(0.3, 2.0, 20)), 61, 3)
+        needed = (1.5 * 0.19 + load * 0.35) * 9.81 * np.sin(angle)
+        needed += (0.07 + load * 0.35**2) * np.gradient(np.gradient(angle, 0.01), 0.01)
+        noise = 0.2 * savgol_filter(random.standard_normal(1200), 25, 2)
+        emg = np.interp(time - late, time - 0.1, needed) * (1 + noise)
+        signals[name] = Sampled(emg, 100.0, 0.0, "uV"), Sampled(angle, 100.0, 0.0, "rad")
+    assert told_of_clocks(cause.Cause(session_of(signals, **loads), {})) == checks
 
 
 def test_a_session_reports_each_doubt_with_its_trial_and_channel(tmp_path):

@@ -202,6 +202,16 @@ def test_a_cut_hides_that_files_last_longer_only_where_it_takes_that_off(folder)
     assert {f["trial"] for f in findings if f["check"] == "durations"} == {"a"}
 
 
+def test_files_that_ended_together_are_no_wrong_rate(folder):
+    def told(**settings):
+        return {f["trial"] for f in prepare(folder, **settings)[1]["findings"] if f["check"] == "durations"}
+
+    for trial in "abc":
+        noraxon(folder / trial / "elbow.csv", "Elbow RT", curl(seconds=11.6), ANGLE_HZ, "deg")
+    assert told() == told(processing={"emg_start_offset_s": 0.4}) == {"a", "b", "c"}
+    assert not told(processing={"emg_start_offset_s": -0.4})
+
+
 @pytest.mark.parametrize("kept", [{"cut_s": {"a": [4.0, 12.0]}}, {"keep": {"file": "{trial}/on.csv", "equals": 1}}])
 def test_a_trial_that_counts_as_a_maximum_contraction_counts_as_far_as_it_is_kept(folder, kept):
     write_session(folder, trials=("a",), change=with_artefact("a"))

@@ -39,7 +39,7 @@ class Cause:
 
 
 def _offset(of: Cause) -> str | None:
-    """EMG that fits the motion best at a time by which it cannot cause it; a weak test, as load is not looked at."""
+    """EMG that fits the motion best at a time by which it cannot cause it."""
     whole, seconds = _r2_by_lag(of.prepared)
     best = int(whole.argmax())
     likely = whole[np.abs(LAGS_S - np.mean(AHEAD_S)) <= np.ptp(AHEAD_S) / 2 + 1e-9].max()
@@ -53,10 +53,10 @@ def _offset(of: Cause) -> str | None:
 
 
 def _r2_by_lag(prepared: Prepared) -> tuple[Array, float]:
-    """R2 of EMG by posture, speed and acceleration at each of `LAGS_S`, (lags,), of all trials in one fit for each
-    channel and the mean of these; and how long the trials are together [s]."""
+    """R2 of EMG by posture, speed and acceleration, and what the load needs for each, at each of `LAGS_S`, (lags,), of
+    all trials in one fit for each channel and the mean of these; and how long the trials are together [s]."""
     motion, emg = [], []
-    for one in prepared.recordings.values():
+    for name, one in prepared.recordings.items():
         angle, envelopes = one.raw.angle, one.envelopes.values()
         start = max([angle.start, *(e.start + LAGS_S[-1] for e in envelopes)])
         end = min([angle.end, *(e.end - LAGS_S[-1] for e in envelopes)])
@@ -64,7 +64,9 @@ def _r2_by_lag(prepared: Prepared) -> tuple[Array, float]:
             q = sample_at(angle, time)
             speed = np.gradient(q, 1 / _RATE_HZ)
             rate = np.gradient(speed, 1 / _RATE_HZ)  # of the speed
-            motion.append(np.stack([q**0, q, q**2, q**3, speed, speed * q, speed**2, rate, rate * q], axis=1))
+            needed = np.stack([q**0, q, q**2, q**3, speed, speed * q, speed**2, rate, rate * q], axis=1)
+            load = prepared.trials.conditions.get(name, {}).get("load", 0.0)
+            motion.append(np.concatenate([needed, load * needed], axis=1))
             emg.append(np.stack([np.interp(time - LAGS_S[:, None], e.time, e.values).T for e in envelopes]))
     if not motion:
         return np.zeros(len(LAGS_S)), 0.0
@@ -186,5 +188,6 @@ CAUSE = (
     Check("EMG against the motion", _against,
           "Are the channels swapped (emg), is the angle counted the other way (sign: -1), or is 180 the straight arm "
           "(sign: -1 and offset_deg: 180)? If only in some trials, correct their files. Or was the upper arm held "
-          "otherwise there (conditions: tilt)?"),
+          "otherwise there (conditions: tilt)? Or did EMG begin 0.3 s or more before or after the angle "
+          "(processing.emg_start_offset_s)?"),
 )  # fmt: skip

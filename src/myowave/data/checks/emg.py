@@ -138,8 +138,10 @@ def _copies(of: Channel) -> str | None:
 
 
 def _durations(of: Channel) -> str | None:
+    """EMG and angle of other lengths, which did not end together on the angle's clock, as one begun later does."""
     emg_s, angle_s = (len(s.values) / s.rate for s in (of.raw, of.angle))
-    apart = abs(emg_s - angle_s) > max(ENDS_S, ENDS_SHARE * angle_s)
+    longer, later = emg_s - angle_s, of.raw.start + emg_s - of.angle.start - angle_s
+    apart = min(abs(longer), abs(later)) > max(ENDS_S, ENDS_SHARE * angle_s)
     return f"EMG lasts {emg_s:.3f} s, the angle {angle_s:.3f} s" if apart else None
 
 
