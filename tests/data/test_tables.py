@@ -44,6 +44,7 @@ def test_the_table_that_is_left_farthest_beyond_its_margin_is_named(trials, tabl
     _, (said,) = beyond_tables(trials, narrow)
     assert "trial b: the angle is 106 deg, 6 deg beyond the table of muscle X (" in said
     assert "0 to 100 deg); expected at most 5 deg beyond." in said and "trial a" not in said
+    assert "Is it in rad (unit), or is 180 the straight arm (sign: -1, offset_deg: 180)?" in said
 
 
 def test_an_angle_below_a_table_counts_too(trials, tables):

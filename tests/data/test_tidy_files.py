@@ -274,3 +274,11 @@ def test_all_problems_of_all_files_are_told_at_once(folder):
     expected = ("trial1.csv, row 17", "trial2.csv, row 2: the angle", "trial2.csv, row 2: emg", "no trial named")
     lines = refuse(folder, *expected, test=("trial7",))
     assert lines[0] == "dataset 'elbow' cannot be imported, 4 problems:" and len(lines) == 5
+
+
+def test_what_a_filter_leaves_below_0_is_0(folder):
+    spoil(folder, lambda f: f.assign(emg_triceps=f.emg_triceps.where(f.index != 40, -0.02)))
+    emg = load(folder).emg[1, :, 1]
+    assert emg[40] == 0.0 and np.count_nonzero(emg == 0) == 1
+    spoil(folder, lambda f: f.assign(emg_triceps=f.emg_triceps.where(f.index != 40, -0.2)))
+    refuse(folder, "row 42: emg_triceps is -0.2 .*expected 0 to 1.5")

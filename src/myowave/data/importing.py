@@ -106,8 +106,10 @@ def prepare(dataset: str, settings: Dataset, session: Session) -> Prepared:
     gains = _gains(known, mvc, [recordings[name] for name in settings.mvc or train if name in recordings])
     _refuse(dataset, [f"{channel}: {_NO_EMG}" for channel, gain in gains.items() if not gain > 0])
     for name, one in recordings.items():
-        emg = {c: e if forms[c] == "fraction" else np.maximum(e, 0.0) / gains[c] for c, e in one.emg.items()}
-        recordings[name] = replace(one, emg=emg)  # splines undershoot a little
+        # Splines undershoot a little, as the filters of whoever prepared fractions do.
+        kept = {c: forms[c] == "fraction" and e.min() < -UNDERSHOOT * e.max() for c, e in one.emg.items()}
+        emg = {c: (e if kept[c] else np.maximum(e, 0.0)) / gains[c] for c, e in one.emg.items()}
+        recordings[name] = replace(one, emg=emg)
     # Of a maximum contraction EMG cannot be far above 1; where the training trials count, a test trial may be.
     of_maximum = {c: form for c, form in forms.items() if settings.mvc or form == "fraction"}
     _refuse(dataset, [*problems, *value_problems(recordings, of_maximum, settings.test)])

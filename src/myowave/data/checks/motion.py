@@ -82,7 +82,8 @@ ELBOW = (
           "Flexion counts positive, and 0 is the straight arm: set sign: -1 of the angle, or correct its offset_deg."),
     Check("range of the angle", _beyond, "Correct sign or offset_deg of the angle, so that 0 is the straight arm."),
     Check("little motion", _still,
-          "What depends on posture cannot be identified from it: record larger motions."),
+          "What depends on posture cannot be identified from it: record larger motions, or correct the unit where "
+          "it is in rad."),
 )  # fmt: skip
 EXTRA = (
     JUMP,

@@ -150,8 +150,8 @@ def beyond_tables(trials: Trials, tables: Mapping[str, PathTable]) -> tuple[list
             problems.append(
                 f"trial {trial}: the angle is {angle[n]:.4g} deg, {distance:.3g} deg beyond the table of muscle "
                 f"{muscle} ({table.file}, {low:.4g} to {high:.4g} deg); expected at most {table.margin_deg:g} deg "
-                "beyond. Where 180 is the straight arm, set sign: -1 and offset_deg: 180 of the angle. Else cut the "
-                "trial, extend the table, or raise the path's margin_deg if the moment arm may be taken as constant so "
-                "far."
+                "beyond. Is it in rad (unit), or is 180 the straight arm (sign: -1, offset_deg: 180)? Correct it. Else "
+                "cut the trial, extend the table, or raise the path's margin_deg if the moment arm may be taken as "
+                "constant so far."
             )
     return findings, problems
