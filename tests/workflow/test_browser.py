@@ -1,5 +1,6 @@
 """What `make ui` and `snakemake --report` show, seen with a real browser. Screenshots stay in results/screenshots."""
 
+import json
 import re
 import socket
 import subprocess
@@ -10,6 +11,7 @@ from pathlib import Path
 from urllib.parse import unquote, urlparse
 
 import mlflow
+import numpy as np
 import pandas as pd
 import pytest
 from project_copy import ROOT, SMALL_SWEEP, Project, copy_project
@@ -246,3 +248,21 @@ def test_tables_are_whole_on_a_screen_and_on_a_phone(page, width, browser, finis
         assert browser.script(f"document.documentElement.scrollWidth - {wide}") <= 0
     finally:
         browser.driver.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+def test_a_model_that_runs_away_hides_no_motion(browser, finished, tmp_path):
+    before, data, after = re.split(
+        '(?s)(?<=id="motion-data">)(.*?)(?=</script>)', (finished.folder / VERDICT).read_text("utf-8"), maxsplit=1
+    )
+    told = json.loads(data)
+    for trial in told["trials"]:
+        trial["predicted"][0] = [9_000_000 - angle for angle in trial["predicted"][0]]
+    (tmp_path / "verdict.html").write_text(before + json.dumps(told) + after, "utf-8")
+    browser.open((tmp_path / "verdict.html").as_uri(), until="whole trial", name="verdict_far")
+    scale = "document.getElementById('motion').plots.map(p => [p.scales.y.min, p.scales.y.max])"
+    (low, high), (under, over) = browser.script(scale)
+    measured = np.array(next(trial["measured"] for trial in told["trials"] if trial["held_out"])) / 1000
+    least, most = measured.min(), measured.max()
+    assert low <= least and most <= high and high - low < 4 * (most - least)
+    assert under < 0 < over and over - under < 3 * (most - least)
+    assert browser.errors() == []

@@ -26,7 +26,16 @@
   const axes = (label, x) => [{label: x, size: x ? 44 : 24, labelSize: 18, font: "12px sans-serif", labelFont: "13px sans-serif"},
                               {label, size: 62, labelSize: 18, font: "12px sans-serif", labelFont: "13px sans-serif"}];
   const width = () => Math.max(280, box.clientWidth);
-  const around = (u, low, high) => [Math.min(1.1 * (low ?? 0), -1.5 * told.noise_deg), Math.max(1.1 * (high ?? 0), 1.5 * told.noise_deg)];
+  // A model that runs away hides nothing: pictures reach as far beyond what was measured as that moves.
+  const ends = () => [Math.min, Math.max].map(end => end(...trial.measured.filter(a => a !== null)) / 1000);
+  const near = (u, low, high) => {
+    const [least, most] = ends(), span = most - least;
+    return uPlot.rangeNum(Math.max(low ?? least, least - span), Math.min(high ?? most, most + span), 0.1, true);
+  };
+  const around = (u, low, high) => {
+    const [least, most] = ends(), noise = 1.5 * told.noise_deg, span = Math.max(most - least, noise);
+    return [Math.max(Math.min(1.1 * (low ?? 0), -noise), -span), Math.min(Math.max(1.1 * (high ?? 0), noise), span)];
+  };
   const shared = {cursor: {sync: {key: "motion"}, drag: {x: true, y: false}}};
   let following = false;
   const follow = (u, key) => {
@@ -40,7 +49,7 @@
   const plots = [];
   const [angles, left] = numbers();
   const legend = {mount: (u, table) => box.querySelector(".values").append(table)};  // what stands at the cursor
-  plots.push(new uPlot({...shared, hooks, legend, scales: {x: {time: false}}, width: width(), height: 300, axes: axes("elbow angle [deg]", ""),
+  plots.push(new uPlot({...shared, hooks, legend, scales: {x: {time: false}, y: {range: near}}, width: width(), height: 300, axes: axes("elbow angle [deg]", ""),
     series: [seconds, {label: "measured", stroke: MEASURED, width: 2.4, points: {show: false}, value: (u, v) => text(v)}, ...lines]},
     angles, box.querySelector(".angles")));
   plots.push(new uPlot({...shared, hooks, scales: {x: {time: false}, y: {range: around}}, width: width(), height: 190, legend: {show: false},
