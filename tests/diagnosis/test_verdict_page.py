@@ -450,6 +450,15 @@ def test_what_to_record_is_told_so_that_a_person_can_do_it(facts):
     assert all(re.search(r"in the hand: ([\d.]+ kg|nothing); \d+ s\.$", line) for line in trials), trials
 
 
+@pytest.mark.parametrize(("of_posture", "of_muscles", "little"), [(0.82, 0.93, False), (0.94, 0.74, True)])
+def test_that_the_load_says_as_much_as_muscles_is_told_only_where_it_does(of_posture, of_muscles, little, facts):
+    r2 = {"posture and speed": 0.47, "posture, speed and load": of_posture, "EMG without physics": 0.97}
+    torque = {"held_out": True, "r2": r2 | {"base": of_muscles}}
+    told = tell(facts(follows=False, horizon_s=0.5, model="base", torque=torque))
+    assert ("hardly needs them" in told["plan"]) == little and len(told["session"]) == 8
+    assert "check the constants, the EMG, the loads" in told["plan"]
+
+
 def test_what_is_doubtful_in_the_recordings_is_told(story):
     line = {"check": "mains hum", "where": "trial 2: emg_a", "found": "50 Hz.", "do": "Set notch_hz.", "severity": "x"}
     page = write_page(replace(story, doubts=[line]))

@@ -35,6 +35,7 @@ def test_a_group_is_listed_whole_and_nothing_else():
 def test_a_word_finds_keys_by_name_or_meaning_and_more_words_fewer():
     assert {"data.datasets.<dataset>.angle_noise_deg", "learning.recipes.<recipe>.history_noise"} <= set(names("Noise"))
     assert names("noise", "angle", "estimated") == ["diagnosis.angle_noise_deg"]
+    assert "data.datasets.<dataset>.conditions" in names("load"), "what new leaves to fill in"
 
 
 def test_a_key_is_printed_with_unit_default_and_bounds():

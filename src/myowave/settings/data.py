@@ -94,7 +94,7 @@ class _Dataset(Section):
         "constants that nobody measured on this subject, as in diagnosis.scatter and before it", default=dict
     )
     conditions: dict[TrialName, dict[str, Real]] = setting(
-        "known constants that differ between trials, {trial: {name: value}}", "SI", dict, each="trial"
+        "known constants that differ between trials, such as the load, {trial: {load: 2}}", "SI", dict, each="trial"
     )
     identify: dict[str, Identify] = setting(
         "physical constants to identify; where none are named, strength and length of each group of muscles, f0 and "

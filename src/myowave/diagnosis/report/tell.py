@@ -68,6 +68,7 @@ def tell(verdict: Verdict, ladder: pd.DataFrame | None = None) -> dict[str, Any]
         "unexplained": leaves_more(verdict),
         "disagrees": disagrees(verdict),
         "needs_others": needs_others(verdict),
+        "says_little": says_little(verdict),
     }
     told = templates().get_template("sentences.j2").make_module(variables)
     parts = {name: part for name, part in vars(told).items() if not name.startswith("_")}
@@ -114,13 +115,15 @@ def disagrees(verdict: Verdict) -> bool:
 
 
 def needs_others(verdict: Verdict) -> bool:
-    """Whether the trials say too little of the muscles, so that others should be recorded: posture and speed, with the
-    load where it is known, explain the torque as well as EMG and muscles do, or the model does not follow."""
+    """Whether other trials should be recorded: these say too little of the muscles, or the model does not follow."""
+    return bool(verdict["electrodes"]) and (not verdict["follows"] or says_little(verdict))
+
+
+def says_little(verdict: Verdict) -> bool:
+    """Whether posture and speed, with the load where it is known, explain the torque as well as EMG and muscles do."""
     r2, found = verdict["torque"]["r2"], verdict["model"]
-    if not verdict["electrodes"]:
+    if r2[POSTURE] is None or r2[found] is None:
         return False
-    if not verdict["follows"] or r2[POSTURE] is None or r2[found] is None:
-        return not verdict["follows"]
     return not r2[found] > r2[POSTURE] + AS_GOOD or r2[found] < r2.get(POSTURE_LOAD, -math.inf) - AS_GOOD
 
 
