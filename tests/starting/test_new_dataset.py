@@ -292,6 +292,15 @@ def test_times_that_count_ms_or_samples_are_to_be_told(workplace, laid_over, cho
     assert import_trials("mine", dataset)[0].recordings["t1"].raw.angle.rate == pytest.approx(rate)
 
 
+def test_an_angle_without_times_may_have_come_as_fast_as_emg_and_makes_no_trials_of_that_rate(workplace, laid_over):
+    for seed, trial in enumerate(("t1", "t2")):
+        columns = everything(seed)
+        table(workplace / f"bare/{trial}.csv", {name: columns[name] for name in columns if name != "time"})
+    text = new("bare").text.replace("rate_hz: null", f"rate_hz: {EMG_HZ}")
+    dataset = laid_over(text).data.datasets["mine"]
+    assert import_trials("mine", dataset)[0].trials.dt == pytest.approx(0.01)
+
+
 @pytest.mark.parametrize("name", ["Zeit", "Zeit [ms]", "time_ms", "t [s]"])
 def test_times_in_ms_are_taken_as_such_and_what_nothing_says_is_marked_as_guessed(workplace, laid_over, name):
     for seed, trial in enumerate(("t1", "t2")):
@@ -483,6 +492,8 @@ def test_a_machine_has_no_emg_and_a_motor_where_a_column_is_a_torque(workplace):
         (["light", "heavy"], ["heavy"]),
         (["1", "2"], ["2"]),
         (["slow 1", "slow 2", "fast"], ["slow 2"]),
+        (["S1_0kg_a", "S1_0kg_b", "S1_2kg_a", "S1_2kg_b"], ["S1_0kg_b", "S1_2kg_b"]),
+        (["t1_0,5kg", "t2_0,5kg", "t3_2kg"], ["t2_0,5kg"]),
     ],
 )
 def test_the_last_trial_of_each_condition_is_held_out(trials, last):

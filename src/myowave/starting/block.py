@@ -21,9 +21,10 @@ from myowave.settings.keys import TO_FILL_IN
 from myowave.settings.recording import TRIAL
 from myowave.starting.signals import Found, Recorded
 
-_GRID_HZ = 100.0  # of the trials, where the angle was recorded faster
+_GRID_HZ = 100.0  # of the trials, where the angle was recorded faster, or may have been
 _LOW_HZ, _TOP_HZ, _NYQUIST_SHARE = 20, 450.0, 0.45  # of the band of raw EMG that is kept
 _ANGLE = "angle: # GUESSED. FILL IN sign and offset: 0 is the forearm hanging straight, positive in flexion"
+LOAD = re.compile(r"((?<![^\W_])\d+[_-])?(\d+(?:[.,]\d+)?) ?kg", re.IGNORECASE)  # 2_5kg may be 2.5 kg or 5: group 1
 _MOST_RAD = 6.3  # an angle without a unit that never exceeds this is taken to be in rad
 
 
@@ -74,14 +75,24 @@ def kind_of(trial: str) -> str:
 
 
 def held_out(trials: Sequence[str]) -> list[str]:
-    """The last trial of each condition, as the kinds of their names tell them.
+    """The last trial of each condition, as the kinds of their names tell them, or else the loads in these: `2kg_a` and
+    `2kg_b` have one.
 
     A condition with a single trial keeps it for training; where all are single, the last trial is held out.
     """
-    conditions: dict[str, list[str]] = {}
-    for name in trials:
-        conditions.setdefault(kind_of(name), []).append(name)
-    return [names[-1] for names in conditions.values() if len(names) > 1] or [trials[-1]]
+    for condition_of in (kind_of, _load_of):
+        conditions: dict[str, list[str]] = {}
+        for name in trials:
+            conditions.setdefault(condition_of(name), []).append(name)
+        if last := [names[-1] for names in conditions.values() if len(names) > 1]:
+            return last
+    return [trials[-1]]
+
+
+def _load_of(trial: str) -> str:
+    """The load in a trial's name as it stands there; empty where it tells none."""
+    load = LOAD.search(trial)
+    return load[2] if load and not load[1] else ""
 
 
 def _tidy_block(folder: Path, recorded: Recorded, files: Sequence[str], emg: Sequence[str]) -> Block:
@@ -237,7 +248,7 @@ def _processing_lines(emg: Any, angles: Sequence[Found]) -> Iterator[str]:
     slowest = min((one.rate for one in emg if one.rate and one.span[0] < 0), default=None)
     if slowest is not None and _LOW_HZ < _NYQUIST_SHARE * slowest < _TOP_HZ:  # slower ones are refused on import
         keys["band_pass_hz"] = [_LOW_HZ, int(_NYQUIST_SHARE * slowest)]
-    if any(one.rate is not None and one.rate > _GRID_HZ for one in angles[:1]):
+    if any(one.rate is None or one.rate > _GRID_HZ for one in angles[:1]):
         keys["rate_hz"] = _GRID_HZ
     if keys:
         yield f"processing: {flow(keys)}"
