@@ -190,7 +190,7 @@ def test_nothing_is_found_where_nothing_changed_nor_in_the_control(loaded, ask):
     told = tell_change(facts)
     assert (
         "Most likely nothing that was weighed has changed" in told[0]
-        and "95 % intervals below are not excluded" in told[1]
+        and "within their 95 % intervals, which the page lists, are not excluded" in told[1]
     )
     unsure = " ".join(tell_change({**facts, "verdict": "undecidable", "unchanged": 0.16}))
     assert "It is not sure that anything changed" in unsure and "with probability 0.16 nothing has." in unsure
