@@ -10,6 +10,7 @@ import torch
 from myowave.data.trials import Trials
 from myowave.diagnosis.comparison.baselines import EMG_ONLY, HOLD, POSTURE, SAME_SPEED
 from myowave.diagnosis.comparison.horizons import HORIZONS_S, Restarts, baselines, compare_horizons, emg_features
+from myowave.diagnosis.comparison.summary import summarize
 from myowave.diagnosis.comparison.torque import compare_torque
 from myowave.identification.along import Along
 from myowave.identification.record import make_record
@@ -136,6 +137,13 @@ def test_nothing_is_scored_beyond_the_end_of_a_shorter_trial(base):
     assert (restarts.start < np.array(trials.lengths)[restarts.trial]).all()
     last = restarts.start[restarts.reach(record, 100) & (restarts.trial == 1)]
     assert last.max() + 100 < 120, "the second trial has 120 samples"
+
+
+def test_trials_that_end_before_the_first_restart_have_no_horizon(base):
+    """Parts that `cut_s` keeps may be as short."""
+    record = make_record(moved_steadily(0.2, (13, 12, 13)), base, 0.05)
+    table = compare_horizons([Along(base, record, {})], NO_ERRORS)
+    assert table.empty and summarize(compare_torque([Along(base, record, {})]), table)["horizons"]["horizon_s"] is None
 
 
 def test_a_motion_that_overflows_gives_an_infinite_row_and_stops_nothing(make_trials, base):

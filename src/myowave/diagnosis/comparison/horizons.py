@@ -117,7 +117,7 @@ def emg_features(record: Record, restarts: Restarts, steps: int) -> Array:
     at = (restarts.start[:, None] + edges + 1).clip(0, emg.shape[1])
     sums = np.diff(summed[restarts.trial[:, None], at], axis=1)
     means = sums / np.diff(at, axis=1).clip(min=1)[..., None]
-    return np.concatenate([posture_features(record, restarts, steps), means.reshape(len(at), -1)], -1)
+    return np.concatenate([posture_features(record, restarts, steps), *means.swapaxes(0, 1)], -1)
 
 
 def _state(record: Record, restarts: Restarts) -> tuple[Array, Array]:
