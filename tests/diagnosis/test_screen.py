@@ -14,6 +14,7 @@ from myowave.diagnosis.likelihood.waves import View
 from myowave.diagnosis.search.screen import screen
 from myowave.identification.free_parameters import effect_parameters
 from myowave.identification.output_error import refit
+from myowave.physics.effect import Effect, Parameter
 from myowave.physics.effects import catalogue
 
 FEW = ("joint_damping", "quadratic_drag")
@@ -57,6 +58,17 @@ def test_an_effect_is_no_stronger_than_moves_the_arm_by_a_radian(damped, effects
         expected = 1.0 if factor * size < MOST_MOTION else MOST_MOTION / (factor * size)
         assert usual_strength(factor * slope, fit.record.samples)[last] == pytest.approx(expected)
     assert prior_of(fit)[0][last] == pytest.approx(min(1.0, MOST_MOTION / size))
+
+
+def test_what_a_bound_is_worth_hangs_on_no_unit(damped):
+    """Of an effect that is expected to move the arm by a radian, whatever is said to be typical of it."""
+    totals = []
+    for typical in (60.0, 90.0):
+        tau = Parameter("N m", high=100.0, typical=typical, meaning="of a pull that is far too strong")
+        fit = with_effect(damped, Effect("pull", "joint", "tau q", lambda q, *, tau: tau * q, {"tau": tau}, "a pull"))
+        assert prior_of(fit)[0][-1] < 0.9
+        totals.append(replace(Hypothesis.of(fit, View.of(fit)), effects=("pull",)).total)
+    assert totals[0] == pytest.approx(totals[1], abs=1e-3)
 
 
 def test_what_the_catalogue_has_is_no_part_of_what_it_lacks(damped, effects):

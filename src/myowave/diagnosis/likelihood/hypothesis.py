@@ -112,12 +112,10 @@ class Hypothesis:
         """The total of the model less one of its effects, to first order about this one: the density of the effect's
         parameters at 0, posterior over prior, in the likeliest state. Source: Dickey 1971, Ann. Math. Stat. 42, 204."""
         place = [i for i, p in enumerate(self.fit.free) if p.name.split(".")[0] == name]
-        unit = prior_of(self.fit)[0][place]
 
         def at_zero(state: Weighed) -> float:
-            mean, covariance = self._of_motion(state)
-            # The posterior's density in units of the prior's deviation; what both have of 2 pi cancels.
-            off, spread = mean[place] / unit, covariance[np.ix_(place, place)] / np.outer(unit, unit)
+            mean, covariance = self._posterior(state)
+            off, spread = mean[place], covariance[np.ix_(place, place)]  # what both densities have of 2 pi cancels
             return state.value - float(off @ np.linalg.solve(spread, off) + np.linalg.slogdet(spread)[1]) / 2
 
         near = (state for state in self.counted.values() if state.value > self.best.value - BEHIND)
@@ -142,27 +140,27 @@ class Hypothesis:
 
     def _estimate_in(self, state: Weighed) -> tuple[Array, Array]:
         """See `estimate`; what a dynamometer measured comes to what the motion says."""
-        mean, covariance = self._of_motion(state)
+        (deviation, centre), (mean, covariance) = prior_of(self.fit), self._posterior(state)
+        mean, covariance = centre + mean * deviation, covariance * np.outer(deviation, deviation)
         left, slope = self.fit.measured_torque
         gain = np.linalg.solve(slope @ covariance @ slope.T + np.eye(len(left)), slope @ covariance).T
         unit = scales(self.fit.free)
         mean = mean + gain @ (left - slope @ (mean - self.fit.values / unit))
         return mean * unit, (covariance - gain @ slope @ covariance) * np.outer(unit, unit)
 
-    def _of_motion(self, state: Weighed) -> tuple[Array, Array]:
-        """Posterior of the free parameters in units of their scales, by what is known of them and the motion."""
-        deviation, centre = prior_of(self.fit)
+    def _posterior(self, state: Weighed) -> tuple[Array, Array]:
+        """Posterior of the free parameters by the motion, in the units of `prior_of`: N(0, 1) before it."""
         others = Covariance(self.residual.without(["constants"]), state.sizes)
-        mean, covariance = others.posterior(self.residual.columns("constants"))
-        return centre + mean * deviation, covariance * np.outer(deviation, deviation)
+        return others.posterior(self.residual.columns("constants"))
 
     def _within_bounds(self) -> float:
-        """See `log_share_within`; of the parameters of effects."""
+        """See `log_share_within`; of the parameters of effects, which are expected about 0."""
         place = [i for i, p in enumerate(self.fit.free) if p.name.split(".")[0] in self.effects]
         if not place:
             return 0.0
-        mean, covariance = self._of_motion(self.best)
-        low, high = (bound[place] / scales(self.fit.free)[place] for bound in bounds(self.fit.free))
+        mean, covariance = self._posterior(self.best)
+        unit = (scales(self.fit.free) * prior_of(self.fit)[0])[place]
+        low, high = (bound[place] / unit for bound in bounds(self.fit.free))
         return log_share_within(low, high, mean[place], covariance[np.ix_(place, place)])
 
 
