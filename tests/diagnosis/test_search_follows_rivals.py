@@ -147,12 +147,13 @@ def test_a_model_with_most_effects_is_led_on_no_more(found, monkeypatch):
     assert max(map(len, found.by_effects())) == weigh.MOST_EFFECTS
 
 
-@pytest.mark.parametrize("hidden", [0.02, 0.05])
-def test_what_a_model_would_be_without_an_effect_is_told_to_first_order(make_fit, base, effects, hidden):
-    """Where the effect is weak, so that the model is linear from there to 0."""
-    bare, damping, prior = make_fit({"joint_damping": {"c": hidden}}), effects["joint_damping"], -4.0
+@pytest.mark.parametrize(("hidden", "seed"), [(0.02, 3), (0.05, 3), (0.02, 4)])
+def test_what_a_model_would_be_without_an_effect_is_told_to_first_order(make_fit, base, effects, hidden, seed):
+    """Where the effect is weak, so that the model is linear from there to 0; also where noise asks for less than none
+    of it, so that its bound at 0 counts against it."""
+    bare, damping, prior = make_fit({"joint_damping": {"c": hidden}}, seed=seed), effects["joint_damping"], -4.0
     damped = base.with_effects([damping])
     fit = refit(bare, damped, [*bare.free, *effect_parameters(damped, damping)])
     with_it = settle(replace(Hypothesis.of(fit, View.of(fit)), effects=(damping.name,), prior=prior))
     alone = settle(Hypothesis.of(bare, with_it.view))
-    assert with_it.without(damping.name) == pytest.approx(alone.total, abs=0.5)
+    assert with_it.without(damping.name) == pytest.approx(alone.total, abs=0.15)

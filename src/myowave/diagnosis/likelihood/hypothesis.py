@@ -101,7 +101,7 @@ class Hypothesis:
     def offset(self) -> float:
         """What all states have in common: the prior, bounds of the effects, the sensor."""
         sensor = 0.0 if self.view.sensor.corner_hz is None else COST
-        return self.prior + self._within_bounds() - sensor
+        return self.prior + self._within_bounds(self.effects) - sensor
 
     @property
     def total(self) -> float:
@@ -110,7 +110,7 @@ class Hypothesis:
 
     def without(self, name: str) -> float:
         """The total of the model less one of its effects, to first order about this one: the density of the effect's
-        parameters at 0, posterior over prior, in the likeliest state. Source: Dickey 1971, Ann. Math. Stat. 42, 204."""
+        parameters at 0, posterior over prior. Source: Dickey 1971, Ann. Math. Stat. 42, 204."""
         place = [i for i, p in enumerate(self.fit.free) if p.name.split(".")[0] == name]
 
         def at_zero(state: Weighed) -> float:
@@ -119,7 +119,9 @@ class Hypothesis:
             return state.value - float(off @ np.linalg.solve(spread, off) + np.linalg.slogdet(spread)[1]) / 2
 
         near = (state for state in self.counted.values() if state.value > self.best.value - BEHIND)
-        return max(map(at_zero, near)) - self.prior / len(self.effects) + self.offset
+        others = self._within_bounds([effect for effect in self.effects if effect != name])
+        own = self._within_bounds(self.effects) - others + self.prior / len(self.effects)
+        return float(logsumexp([*map(at_zero, near)])) + self.offset - own
 
     @cached_property
     def estimate(self) -> tuple[Array, Array]:
@@ -153,9 +155,9 @@ class Hypothesis:
         others = Covariance(self.residual.without(["constants"]), state.sizes)
         return others.posterior(self.residual.columns("constants"))
 
-    def _within_bounds(self) -> float:
+    def _within_bounds(self, effects: Collection[str]) -> float:
         """See `log_share_within`; of the parameters of effects, which are expected about 0."""
-        place = [i for i, p in enumerate(self.fit.free) if p.name.split(".")[0] in self.effects]
+        place = [i for i, p in enumerate(self.fit.free) if p.name.split(".")[0] in effects]
         if not place:
             return 0.0
         mean, covariance = self._posterior(self.best)
