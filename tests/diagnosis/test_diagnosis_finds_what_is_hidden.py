@@ -127,7 +127,7 @@ def weighed(candidate):
 
 def test_clean_trials_are_adequate(make_trials, base, few, identify):
     found = diagnose(make_trials(), base, few.values(), identify, SETTINGS)
-    assert found.verdict.kind == "adequate" and found.verdict.effects == ()
+    assert found.verdict.kind == "adequate" and found.verdict.causes == ()
     assert "hand_load" in found.verdict.absorbed
 
 

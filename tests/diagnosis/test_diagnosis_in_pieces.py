@@ -81,7 +81,7 @@ def test_a_model_is_led_to_whole_trials_by_what_it_lacks(
     lost = fit_from(base, whole.cut(0.5), free, np.array([[0.9 * p.start for p in free]]))
     candidates = [effects["joint_damping"], effects["joint_stiffness"]]
     found = weigh(lost, whole, free, candidates)
-    assert found.effects == ("joint_damping",) and found.kind == "effect"
+    assert found.causes == ("joint_damping",) and found.kind == "effect"
     assert all(fit.record.pieces is None for fit in found.ladder.fits)
     alone = found.ladder.fits[0]
     assert alone.objective == pytest.approx(make_fit(hidden).objective, rel=0.01), "as where it follows by itself"

@@ -40,7 +40,7 @@ def weighed(posterior, few):
 
 def test_an_effect_that_alone_explains_all_is_named(weighed):
     verdict = Verdict(*weighed)
-    assert (verdict.kind, verdict.effects, verdict.causes) == ("effect", ("joint_damping",), ("joint_damping",))
+    assert (verdict.kind, verdict.causes) == ("effect", ("joint_damping",))
     assert verdict.explained > 0.9 and not verdict.left
 
 
@@ -109,7 +109,7 @@ def test_effects_that_cannot_be_told_apart_are_a_class(weighed):
     # What the model has stands first; what has no model, as a recorder's doings, is as good a member as any.
     hedged = replace(answer, kind="class", named=((EMG_NOISE, GAIN_PER_TRIAL), members[::-1], (OWN_SHAPES,)))
     verdict = Verdict(hedged, ladder)
-    assert (verdict.kind, verdict.effects) == ("partial", ("joint_damping",))
+    assert verdict.kind == "partial"
     assert verdict.named == (members, (EMG_NOISE, GAIN_PER_TRIAL)) and verdict.causes == ("joint_damping", EMG_NOISE)
 
 
@@ -124,7 +124,7 @@ def test_what_the_catalogue_lacks_stands_behind_what_it_has(weighed):
 def test_what_is_left_beside_a_name_makes_it_a_part(weighed):
     answer, ladder = weighed
     verdict = Verdict(replace(answer, kind="partial"), ladder)
-    assert verdict.kind == "partial" and verdict.effects == ("joint_damping",) and verdict.left
+    assert verdict.kind == "partial" and verdict.causes == ("joint_damping",) and verdict.left
 
 
 @pytest.mark.parametrize(("errors_away", "kind"), [(1.0, "adequate"), (4.0, "undecidable"), (-4.0, "undecidable")])

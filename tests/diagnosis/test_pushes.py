@@ -7,7 +7,14 @@ import pytest
 import torch
 
 from myowave.diagnosis.likelihood.components import EMG, GAINS, residual_of
-from myowave.diagnosis.likelihood.forcing import answers, by_samples, excitation_forcing, moved_by, through_sensor
+from myowave.diagnosis.likelihood.forcing import (
+    MORE_EXCITATION,
+    answers,
+    by_samples,
+    forcing_by,
+    moved_by,
+    through_sensor,
+)
 from myowave.diagnosis.likelihood.waves import View
 from myowave.identification.free_parameters import Free
 from myowave.identification.output_error import Fit, Problem
@@ -17,7 +24,7 @@ from myowave.physics.motion import observe, simulate
 def test_the_forcing_is_what_more_excitation_adds_to_the_state(make_fit):
     """One more in all excitations at once, by the trial's own simulation with EMG that is 1e-4 higher."""
     made = make_fit()
-    forcing = excitation_forcing(made)
+    forcing = forcing_by(made, MORE_EXCITATION)
     assert forcing.shape == (*made.linear.after.shape, 2)
     flexor, extensor = np.moveaxis(forcing[..., 1, :], -1, 0)
     assert (flexor > -1e-9).all() and (extensor < 1e-9).all()
@@ -58,7 +65,7 @@ def test_what_a_sample_of_an_electrode_does_is_what_a_simulation_shows(make_fit,
     """Also the first one, which lasts as long as muscles are late, and an electrode of two muscles."""
     fit = of_one_electrode(make_fit()) if shared else make_fit()
     waves, step = View.of(fit).band.waves, 1e-4
-    found = [*answers(fit.linear.jacobian.numpy(), excitation_forcing(fit), through_sensor(fit, waves))][::-1]
+    found = [*answers(fit.linear.jacobian.numpy(), forcing_by(fit, MORE_EXCITATION), through_sensor(fit, waves))][::-1]
     said = by_samples(fit, torch.from_numpy(np.stack(found)))[sample, :, 0]
     more = fit.record.emg.clone()
     more[:, sample, slice(None) if shared else 0] += step
@@ -89,7 +96,7 @@ def test_a_push_is_seen_through_the_sensor_of_the_model(make_fit, effects, name,
     ((short, p),) = effect.parameters.items()
     free = Free(f"{name}.{short}", 0.0, p.low, p.high, p.typical)
     fit = seen_by(fit, fit.model.with_effects([effect]), (free,), (value,))
-    forcing, waves, at, step = excitation_forcing(fit), View.of(fit).band.waves, 50, 1e-4
+    forcing, waves, at, step = forcing_by(fit, MORE_EXCITATION), View.of(fit).band.waves, 50, 1e-4
     push = forcing * (np.arange(forcing.shape[1]) == at)[:, None, None]
     said = moved_by(fit, push)[..., 0]
     state = fit.sensitive.motion.state

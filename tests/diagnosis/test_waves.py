@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import butter, sosfiltfilt
 
-from myowave.diagnosis.likelihood.forcing import answers, excitation_forcing, through_sensor
+from myowave.diagnosis.likelihood.forcing import MORE_EXCITATION, answers, forcing_by, through_sensor
 from myowave.diagnosis.likelihood.sensor import Sensor
 from myowave.diagnosis.likelihood.waves import View, Waves
 from myowave.identification.output_error import fit_simulated
@@ -45,7 +45,7 @@ def test_pieces_have_the_band_of_the_motion_that_they_are_cut_from(make_fit):
 
 def test_amplitudes_answer_to_pushes_as_the_motion_does(make_fit):
     fit = make_fit()
-    jacobian, forcing = fit.linear.jacobian.numpy(), excitation_forcing(fit)
+    jacobian, forcing = fit.linear.jacobian.numpy(), forcing_by(fit, MORE_EXCITATION)
     waves = View.of(fit).band.waves
     pushes = np.random.default_rng(0).standard_normal((*forcing.shape[:2], forcing.shape[-1]))
     state, angle = np.zeros((len(forcing), jacobian.shape[-1])), [np.zeros(len(forcing))]

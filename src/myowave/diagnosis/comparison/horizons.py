@@ -93,9 +93,10 @@ def baselines(record: Record, restarts: Restarts) -> dict[str, dict[float, Array
         found[SAME_SPEED][horizon] = q + steps * record.dt * qdot
         training = record.training[every.trial] & every.reach(record, steps)
         change = every.target(record, steps) - _state(record, every)[0]
-        for name, features in ((POSTURE, posture_features), (EMG_ONLY, emg_features)):
-            coefficients = fit_linear(features(record, every, steps), change, training)
-            found[name][horizon] = q + features(record, restarts, steps) @ coefficients
+        seen = {POSTURE: [polynomial(*_state(record, some)) for some in (restarts, every)]}
+        seen[EMG_ONLY] = [emg_features(record, some, steps) for some in (restarts, every)]
+        for name, (features, fitted) in seen.items():
+            found[name][horizon] = q + features @ fit_linear(fitted, change, training)
     return found
 
 
@@ -104,20 +105,16 @@ def _steps(record: Record) -> dict[float, int]:
     return {horizon: max(1, round(horizon / record.dt)) for horizon in HORIZONS_S}
 
 
-def posture_features(record: Record, restarts: Restarts, steps: int) -> Array:
-    """Polynomial of degree 3 in angle and velocity at the restart, (R, 10): no EMG."""
-    return polynomial(*_state(record, restarts))
-
-
 def emg_features(record: Record, restarts: Restarts, steps: int) -> Array:
-    """The same, and the mean EMG of every muscle in equal windows up to the horizon, (R, 10 + 4 M)."""
+    """Polynomial of degree 3 in angle and velocity at the restart, and the mean EMG of every muscle in equal windows up
+    to the horizon, (R, 10 + 4 M)."""
     emg = record.emg.numpy().clip(min=0.0)
     summed = np.concatenate([np.zeros_like(emg[:, :1]), np.cumsum(emg, axis=1)], axis=1)
     edges = np.linspace(-round(EMG_PAST_S / record.dt), steps, EMG_WINDOWS + 1).round().astype(int)
     at = (restarts.start[:, None] + edges + 1).clip(0, emg.shape[1])
     sums = np.diff(summed[restarts.trial[:, None], at], axis=1)
     means = sums / np.diff(at, axis=1).clip(min=1)[..., None]
-    return np.concatenate([posture_features(record, restarts, steps), *means.swapaxes(0, 1)], -1)
+    return np.concatenate([polynomial(*_state(record, restarts)), *means.swapaxes(0, 1)], -1)
 
 
 def _state(record: Record, restarts: Restarts) -> tuple[Array, Array]:

@@ -33,11 +33,6 @@ def more_of(name: str, acts_on: str, function: Callable[..., Any], unit: str) ->
 MORE_EXCITATION = more_of("excitation", "excitation", lambda excitation, *, c: excitation + c, "-")
 
 
-def excitation_forcing(fit: Fit) -> Array:
-    """What 1 more in each muscle's excitation adds to the state within a step, (T, N - 1, K, M)."""
-    return forcing_by(fit, MORE_EXCITATION)
-
-
 def forcing_by(fit: Fit, effect: Effect) -> Array:
     """What 1 in each parameter of an effect adds to the state within a step of a fit's motion, (T, N - 1, K, P).
 

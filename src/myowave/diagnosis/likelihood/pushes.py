@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from myowave.data.trials import Array
-from myowave.diagnosis.likelihood.forcing import along_steps, excitation_forcing, excitation_of, forcing_by, moved_by
+from myowave.diagnosis.likelihood.forcing import MORE_EXCITATION, along_steps, excitation_of, forcing_by, moved_by
 from myowave.diagnosis.likelihood.shapes import pushes_of_curves, pushes_of_paths
 from myowave.diagnosis.likelihood.terms import OF_ACTIVATION, OF_EFFECTS, OF_MOTION
 from myowave.identification.output_error import Fit
@@ -34,7 +34,7 @@ class Pushes:
     @classmethod
     def of(cls, fit: Fit, catalogue: Collection[str] = ()) -> "Pushes":
         """Of a fit; `catalogue` has the names of effects that a model may have, which the general correction lacks."""
-        excitation, torque = excitation_forcing(fit), forcing_by(fit, CONSTANT_TORQUE)
+        excitation, torque = forcing_by(fit, MORE_EXCITATION), forcing_by(fit, CONSTANT_TORQUE)
         repeating = np.stack([*_by_torque(fit, torque, catalogue), *_by_excitation(fit, excitation)], -1)
         parts = [repeating, pushes_of_curves(fit), pushes_of_paths(fit)]
         moved = moved_by(fit, np.concatenate(parts, -1))

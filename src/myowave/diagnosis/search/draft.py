@@ -44,15 +44,11 @@ class Term:
         """The term as an effect on the joint, with a coefficient c."""
 
         def torque(q: Tensor, qdot: Tensor, activation: Tensor, *, c: Tensor) -> Tensor:
-            return c * self.function(q, qdot, _mean(activation))
+            # Where there are no muscles the mean is 0.
+            return c * self.function(q, qdot, activation.sum(-1) / max(activation.shape[-1], 1))
 
         c = Parameter(self.unit, low=-LARGEST, high=LARGEST, typical=0.5, meaning="coefficient")
         return Effect(f"draft_{self.name}", "joint", f"c {self.text}", torque, {"c": c}, source="a term of a draft")
-
-
-def _mean(a: Tensor) -> Tensor:
-    """Mean activation of all muscles; 0 where there are none."""
-    return a.sum(-1) / max(a.shape[-1], 1)
 
 
 def _stop(q: Tensor, v: Tensor, a: Tensor) -> Tensor:

@@ -45,11 +45,6 @@ class Verdict:
         return tuple(members[0] for members in self.named)
 
     @property
-    def effects(self) -> tuple[str, ...]:
-        """Those named that were added, in that order."""
-        return tuple(name for name in self.causes if name in self.ladder.effects)
-
-    @property
     def nearest(self) -> tuple[str, ...]:
         """Effects that come nearest where none is named."""
         return self.answer.best.effects if self.kind == "unknown" else ()
