@@ -1,15 +1,10 @@
-"""What effects promise from where a hypothesis stands, to first order, by which what is fitted is chosen.
+"""What effects promise from where a hypothesis stands, to first order, by which what is fitted is chosen."""
 
-Shapes: T trials, W waves of a trial, E parameters of effects.
-"""
-
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
-from torch import Tensor
 
 from myowave.data.trials import Array
 from myowave.diagnosis.likelihood.algebra import Covariance, Key, Weighed, log_share_within, most_likely
@@ -35,53 +30,33 @@ class Screened:
 
 def screen(model: Hypothesis, catalogue: Mapping[str, Effect]) -> Screened:
     """Every effect and pair of effects, beside what a model's best states have."""
-    scores = score_effects(model.fit, catalogue.values())
-    more = _More.of(model, scores)
+    scores, known = score_effects(model.fit, catalogue.values()), len(model.fit.free)
+    sound = {name: score for name, score in scores.items() if not score.failure}
+    owner = np.array([name for name, score in sound.items() for _ in score.free])
+    place = {name: np.flatnonzero(owner == name) for name in sound}  # of its parameters among those of all
+    # What they would do to first order, in standard deviations of their parameters.
+    nothing = np.zeros((*model.fit.record.valid.shape, 0))
+    slope = np.concatenate([nothing, *(score.start.normal.slope[..., known:] for score in sound.values())], -1)
+    usual = usual_strength(slope, model.fit.record.samples)
+    columns, free = model.view.amplitudes(slope * usual), [p for score in sound.values() for p in score.free]
+    low, high = (bound / (scales(free) * usual) for bound in bounds(free))
 
     def beside(state: Weighed) -> tuple[dict[str, float], dict[tuple[str, str], float]]:
-        gain, seen = more.beside(Covariance(model.residual, state.sizes))
+        covariance = Covariance(model.residual, state.sizes)
+        products, with_left = covariance.inner(columns, columns).numpy(), covariance.with_residual(columns).numpy()
         without = state.value + model.offset
-        singles = {name: without + gain(name) for name in more.place}
+
+        def promised(*names: str) -> float:
+            own = np.concatenate([place[name] for name in names])
+            return without + _promise(products[np.ix_(own, own)], with_left[own], low[own], high[own])
+
+        seen = [name for name, own in place.items() if np.trace(products[np.ix_(own, own)]) > VISIBLE]
         pairs = () if model.effects else combinations(seen, 2)
-        return singles, {pair: without + gain(*pair) for pair in pairs}
+        return {name: promised(name) for name in place}, {pair: promised(*pair) for pair in pairs}
 
     alone, likeliest = beside(noise_alone(model)), sorted(model.counted.values(), key=lambda s: -s.value)[:2]
     singles, pairs = zip(*(beside(s) for s in likeliest if s.value > -np.inf), alone, strict=True)
     return Screened(scores, _highest(singles), alone[0], _highest(pairs))
-
-
-@dataclass(frozen=True)
-class _More:
-    """What effects that a model lacks would do to first order, in standard deviations of their parameters."""
-
-    columns: Tensor  # (T, W, E)
-    place: Mapping[str, NDArray[np.int64]]  # of the parameters of each effect among these
-    low: Array  # bounds of the parameters, (E,), and `high`
-    high: Array
-
-    @classmethod
-    def of(cls, model: Hypothesis, scores: Mapping[str, ScoreTest]) -> "_More":
-        sound, known = {name: score for name, score in scores.items() if not score.failure}, len(model.fit.free)
-        nothing = np.zeros((*model.fit.record.valid.shape, 0))
-        slope = np.concatenate([nothing, *(s.start.normal.slope[..., known:] for s in sound.values())], -1)
-        free = [p for score in sound.values() for p in score.free]
-        usual = usual_strength(slope, model.fit.record.samples)
-        low, high = (bound / (scales(free) * usual) for bound in bounds(free))
-        ends = np.cumsum([len(score.free) for score in sound.values()])
-        place = dict(zip(sound, np.split(np.arange(len(free)), ends[:-1]), strict=False))
-        return cls(model.view.amplitudes(slope * usual), place, low, high)
-
-    def beside(self, covariance: Covariance) -> tuple[Callable[..., float], list[str]]:
-        """What some of them, by name, add to the log evidence of a residual, and the names of those that it shows."""
-        products = covariance.inner(self.columns, self.columns).numpy()
-        with_left = covariance.with_residual(self.columns).numpy()
-
-        def gain(*names: str) -> float:
-            chosen = np.concatenate([self.place[name] for name in names])
-            of = self.low[chosen], self.high[chosen]
-            return _promise(products[np.ix_(chosen, chosen)], with_left[chosen], *of)
-
-        return gain, [n for n, of in self.place.items() if np.trace(products[np.ix_(of, of)]) > VISIBLE]
 
 
 def _highest(found: Iterable[Mapping[Key, float]]) -> dict[Key, float]:
