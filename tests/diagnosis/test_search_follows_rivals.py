@@ -24,7 +24,7 @@ def model(total, *effects, on=frozenset({"curves"}), expected_emg=False):
 
 @pytest.fixture
 def found():
-    posterior = Posterior(-3.0)
+    posterior = Posterior()
     posterior.add(model(0.0), model(100.0, "drag"), model(91.0, "damping"), model(79.0, "stiffness"))
     posterior.add(model(95.0, "drag", "tilt"), model(93.0, "damping", expected_emg=True))
     return posterior
@@ -68,7 +68,7 @@ def test_noise_of_the_emg_costs_the_same_whichever_emg_drives_a_model():
     states = {none: Weighed({}, 5.0), noisy: Weighed({EMG: 0.01}, 2.0)}
     recorded, driven = (Hypothesis((), None, None, None, states, expected_emg=expected) for expected in (False, True))
     assert (recorded.best, driven.best) == (states[none], states[noisy]) and set(driven.counted) == {noisy}
-    posterior = Posterior(-3.0)
+    posterior = Posterior()
     for value, one in ((2.0, recorded), (1.0, driven)):
         of = {"effects": (), "offset": value, "total": value, "expected_emg": one.expected_emg}
         posterior.add(SimpleNamespace(**of, counted=one.counted))
@@ -80,7 +80,7 @@ def test_noise_of_the_emg_costs_the_same_whichever_emg_drives_a_model():
 def test_what_would_do_without_the_causes_is_fitted_beside_them(found, monkeypatch, on, fitted):
     """Causes that are on hold back what would do without them, whether the model has an effect already or not."""
     monkeypatch.setattr(weigh, "fresh_starts", lambda fit, scores: {})
-    monkeypatch.setattr(weigh, "_fitted", lambda top, begin, effects, prior, leader: effects[-1])
+    monkeypatch.setattr(weigh, "_fitted", lambda top, begin, effects, leader: effects[-1])
     top = SimpleNamespace(**vars(model(50.0, "damping", on=frozenset(on))), prior=-3.0)
     singles = {"drag": 60.0, "tilt": 49.0, "friction": 48.0, "lag": 47.0, "gain": 46.0}
     ideal = {"gain": 0.0, "lag": 1.0, "drag": -1.0, "friction": 2.0, "tilt": 3.0}
@@ -91,7 +91,7 @@ def test_what_would_do_without_the_causes_is_fitted_beside_them(found, monkeypat
 
 @pytest.mark.parametrize("on, likeliest", [({"slow"}, ("damping", "lag")), (set(), ("drag", "lag"))])
 def test_what_is_best_alone_gives_its_place_to_two_that_are_better_together(monkeypatch, on, likeliest):
-    posterior, asked = Posterior(-3.0), []
+    posterior, asked = Posterior(), []
     posterior.add(model(0.0), model(50.0, "drag"), model(40.0, "lag"), model(60.0, "drag", "lag", on=frozenset(on)))
     posterior.screened[frozenset({"drag"})] = None  # the search came from there
 
@@ -130,7 +130,7 @@ def test_the_search_goes_on_from_what_models_with_fewer_effects_have_led_to(monk
         monkeypatch.setattr(weigh, name, lambda model, *given, **changes: model)
     monkeypatch.setattr(weigh, "weigh_components", lambda residual: {})
     monkeypatch.setattr(weigh, "_looked_filtered", lambda model, unfiltered: model.effects == ends)
-    posterior, told = Posterior(-3.0), []
+    posterior, told = Posterior(), []
     posterior.add(model(0.0))
     fit = SimpleNamespace(record=SimpleNamespace(pieces=None))
     assert weigh._search(posterior, fit, {}, None, told.append) is not bool(ends)
@@ -151,9 +151,9 @@ def test_a_model_with_most_effects_is_led_on_no_more(found, monkeypatch):
 def test_what_a_model_would_be_without_an_effect_is_told_to_first_order(make_fit, base, effects, hidden, seed):
     """Where the effect is weak, so that the model is linear from there to 0; also where noise asks for less than none
     of it, so that its bound at 0 counts against it."""
-    bare, damping, prior = make_fit({"joint_damping": {"c": hidden}}, seed=seed), effects["joint_damping"], -4.0
+    bare, damping = make_fit({"joint_damping": {"c": hidden}}, seed=seed), effects["joint_damping"]
     damped = base.with_effects([damping])
     fit = refit(bare, damped, [*bare.free, *effect_parameters(damped, damping)])
-    with_it = settle(replace(Hypothesis.of(fit, View.of(fit)), effects=(damping.name,), prior=prior))
-    alone = settle(Hypothesis.of(bare, with_it.view))
+    with_it = settle(replace(Hypothesis.of(fit, View.of(fit), effects), effects=(damping.name,)))
+    alone = settle(Hypothesis.of(bare, with_it.view, effects))
     assert with_it.without(damping.name) == pytest.approx(alone.total, abs=0.15)

@@ -55,7 +55,6 @@ class Hypothesis:
     view: View
     residual: Residual
     states: dict[frozenset[str], Weighed]  # by the causes that are on
-    prior: float = 0.0  # logarithm of how likely it is before any trial
     catalogue: frozenset[str] = frozenset()  # names of the effects that it may have
     expected_emg: bool = False  # whether its EMG is what is expected behind the recorded noise
 
@@ -97,11 +96,16 @@ class Hypothesis:
         """Of the best state."""
         return Covariance(self.residual, self.best.sizes)
 
+    @property
+    def prior(self) -> float:
+        """Logarithm of how likely each effect of the catalogue is before any trial."""
+        return -math.log(2 * max(len(self.catalogue), 1))
+
     @cached_property
     def offset(self) -> float:
-        """What all states have in common: the prior, bounds of the effects, the sensor."""
+        """What all states have in common: priors and bounds of the effects, the sensor."""
         sensor = 0.0 if self.view.sensor.corner_hz is None else COST
-        return self.prior + self._within_bounds(self.effects) - sensor
+        return self.prior * len(self.effects) + self._within_bounds(self.effects) - sensor
 
     @property
     def total(self) -> float:
@@ -120,7 +124,7 @@ class Hypothesis:
 
         near = (state for state in self.counted.values() if state.value > self.best.value - BEHIND)
         others = self._within_bounds([effect for effect in self.effects if effect != name])
-        own = self._within_bounds(self.effects) - others + self.prior / len(self.effects)
+        own = self._within_bounds(self.effects) - others + self.prior
         return float(logsumexp([*map(at_zero, near)])) + self.offset - own
 
     @cached_property

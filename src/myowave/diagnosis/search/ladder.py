@@ -111,14 +111,14 @@ def _ranking_of(rung: Hypothesis, posterior: Posterior, catalogue: Mapping[str, 
     found = []
     for name, score in screened.scores.items():
         with_it = likeliest.get(key | {name})
-        total = screened.singles.get(name, -np.inf) + posterior.prior if with_it is None else with_it.total
+        total = screened.singles.get(name, -np.inf) + rung.prior if with_it is None else with_it.total
         found.append(
             Candidate(
                 effect=catalogue[name],
                 score=score,
                 with_it=with_it,
                 log_odds=float(max(total - rung.total, LEAST)),
-                detectable=score.detectable(rung.fit.independent_variance, 2 * (SURE - posterior.prior)),
+                detectable=score.detectable(rung.fit.independent_variance, 2 * (SURE - rung.prior)),
             )
         )
     return sorted(found, key=lambda c: -c.log_odds)

@@ -41,7 +41,6 @@ CORNERS = 3.0 * 4.0 ** (np.arange(7) / 6)  # of filters, in units of the motion'
 class Posterior:
     """All models that were weighed."""
 
-    prior: float  # logarithm of how likely an effect is before any trial
     models: dict[Key, Hypothesis] = field(default_factory=dict)  # the most likely hypothesis of each
     # what effects promise from the models that led on, by the names of their effects
     screened: dict[frozenset[str], Screened] = field(default_factory=dict)
@@ -89,12 +88,11 @@ def weigh_models(
     joined = list(fit.record.joined(fit.record.angle).values())
     unfiltered = View.of(fit, Sensor(knots=knots_of(joined) if fit.record.pieces is None else None))
     view = through_likely_filter(fit, unfiltered)
-    found = Posterior(-math.log(2 * max(len(catalogue), 1)))
-    base = settle(with_likely_memory(Hypothesis.of(fit, view, catalogue)))
+    found, base = Posterior(), settle(with_likely_memory(Hypothesis.of(fit, view, catalogue)))
     found.add(base, _of_called_for_emg(base, fit))
     if led is not None:
         more = tuple(e.name for e in led.model.effects[len(fit.model.effects) :])
-        begun = settle(replace(base, effects=more, prior=found.prior * len(more)).at(led))
+        begun = settle(replace(base, effects=more).at(led))
         found.add(begun)
         _drop(found, begun)  # pieces ask for more than whole trials do
     while not _search(found, fit, catalogue, unfiltered, report):
@@ -112,7 +110,7 @@ def _looked_filtered(model: Hypothesis, unfiltered: View) -> bool:
 
 def _seen_anew(found: Posterior, view: View) -> Posterior:
     """The same models, the trials looked at in another way."""
-    again, best = Posterior(found.prior), found.best
+    again, best = Posterior(), found.best
     view = with_likely_memory(replace(best, view=view).at(best.fit)).view
     for model in sorted(found.models.values(), key=lambda model: -model.total):
         begun = replace(model, view=view).at(model.fit)
@@ -131,7 +129,7 @@ def _search(
         for model in (top, *rivals):
             _lead_on(found, model, catalogue)
         if not top.effects:
-            found.add(*_fit_pairs(top, found.screened[frozenset()], catalogue, found.prior))
+            found.add(*_fit_pairs(top, found.screened[frozenset()], catalogue))
         report(f"weigh: the likeliest of {len(found.models)} models so far is {found.best.fit.model.name}")
         if len(found.best.effects) <= len(top.effects) and not (whole and _lead_on_from_fewer(found, catalogue)):
             break
@@ -207,8 +205,7 @@ def _with_one_less(model: Hypothesis) -> list[Hypothesis]:
         fit = attempt_fit(partial(without_effect, model.fit, name))
         if fit is not None:
             rest = tuple(other for other in model.effects if other != name)
-            prior = model.prior * len(rest) / len(model.effects)
-            found.append(settle(replace(model, effects=rest, prior=prior).at(fit), model.total))
+            found.append(settle(replace(model, effects=rest).at(fit), model.total))
     return found
 
 
@@ -223,15 +220,15 @@ def without_effect(fit: Fit, name: str) -> Fit:
 
 def _fit_singles(top: Hypothesis, screened: Screened, found: Posterior) -> list[Hypothesis]:
     """The effects that promise most, fitted."""
-    singles, leader, prior = screened.singles, found.best.total, found.prior
-    hopeful = sorted((n for n in singles if singles[n] + prior > top.total - HOPELESS), key=lambda n: -singles[n])
+    singles, leader = screened.singles, found.best.total
+    hopeful = sorted((n for n in singles if singles[n] + top.prior > top.total - HOPELESS), key=lambda n: -singles[n])
     # What is on may hold back what would do without it.
     ideal = sorted(screened.ideal, key=lambda n: -screened.ideal[n]) if top.on else []
     chosen = dict.fromkeys([*hopeful[:REFITS], *ideal[:IDEAL]])
     begins = [(name, screened.scores[name].start) for name in chosen]
     if top.on:
         begins += fresh_starts(top.fit, screened.scores).items()
-    fitted = [_fitted(top, begin, (*top.effects, name), top.prior + prior, leader) for name, begin in begins]
+    fitted = [_fitted(top, begin, (*top.effects, name), leader) for name, begin in begins]
     return [model for model in fitted if model is not None]
 
 
@@ -255,23 +252,23 @@ def fresh_starts(fit: Fit, scores: Mapping[str, ScoreTest]) -> dict[str, Fit]:
     return {n: f for n, f in fresh.items() if f is not None and f.objective < WORTH_FOLLOWING * fit.objective}
 
 
-def _fit_pairs(top: Hypothesis, screened: Screened, catalogue: Mapping[str, Effect], prior: float) -> list[Hypothesis]:
+def _fit_pairs(top: Hypothesis, screened: Screened, catalogue: Mapping[str, Effect]) -> list[Hypothesis]:
     """The pairs that promise more than any effect alone, fitted."""
     single, pairs = max(screened.singles.values(), default=-np.inf), screened.pairs
-    hopeful = [p for p in sorted(pairs, key=lambda p: -pairs[p]) if pairs[p] + prior > single][:PAIRS]
+    hopeful = [p for p in sorted(pairs, key=lambda p: -pairs[p]) if pairs[p] + top.prior > single][:PAIRS]
     found = []
     for one, other in hopeful:
         begin = score_effects(screened.scores[one].start, [catalogue[other]])[other]
         if not begin.failure:
-            found.append(_fitted(top, begin.start, (*top.effects, one, other), top.prior + 2 * prior, -math.inf))
+            found.append(_fitted(top, begin.start, (*top.effects, one, other), -math.inf))
     return [model for model in found if model is not None]
 
 
-def _fitted(top: Hypothesis, begin: Fit, effects: tuple[str, ...], prior: float, leader: float) -> Hypothesis | None:
+def _fitted(top: Hypothesis, begin: Fit, effects: tuple[str, ...], leader: float) -> Hypothesis | None:
     """A model settled from its fit by least squares, as the causes of the model without the effect, which it is given,
     may hold the effect back. None where it has no motion."""
     try:
-        return settle(replace(top, effects=effects, prior=prior).at(polish(begin)), leader)
+        return settle(replace(top, effects=effects).at(polish(begin)), leader)
     except FAILURES:
         return None
 
