@@ -13,27 +13,38 @@ from myowave.data.trials import Array
 
 STRAIGHT = 1e-8  # of the largest second difference: less is rounding
 MOST_KINKS, WRONG_KINKS = 0.95, 0.05  # of second differences
+ON_SAMPLE = 1e-4  # samples: a knot so near to one kinks there alone
 
 
 def knots_of(angles: Sequence[Array]) -> float | None:
     """Samples between the values that were measured of angles (N_i,), where they run straight in between and kink at
     no other place; None where they do not."""
-    bends = [np.abs(np.diff(angle, 2)) for angle in angles]
-    kinked = [bend > STRAIGHT * bend.max(initial=0.0) for bend in bends]
+    bends = [np.diff(angle, 2) for angle in angles]
+    kinked = [np.abs(bend) > STRAIGHT * np.abs(bend).max(initial=0.0) for bend in bends]
     share = float(np.concatenate(kinked).mean()) if kinked else 1.0
-    if not 0 < share < MOST_KINKS:
+    bend, kinks = max(zip(bends, kinked, strict=True), key=lambda both: len(both[0]), default=(np.zeros(0),) * 2)
+    begins = np.flatnonzero(kinks[1:-1] > kinks[:-2]) + 1  # of runs of kinks
+    if not 0 < share < MOST_KINKS or not len(begins):
         return None
-    tried = (2 / share) * np.linspace(0.95, 1.05, 2001)
-    found = min(tried, key=lambda knots: sum(int((_kinks(len(k), knots) != k).sum()) for k in kinked))
-    wrong = sum(int((_kinks(len(k), found) != k).sum()) for k in kinked) / sum(map(len, kinked))
-    return float(found) if wrong < WRONG_KINKS else None
+    # Samples bend by as much as a knot is near, which tells where a late one is that bends much, but not its number.
+    first = max(begins[len(begins) // 2 :], key=lambda begin: abs(bend[begin]))
+    before, behind = np.abs(bend[first : first + 2])
+    place = first + 1 + behind / (before + behind)
+    numbers = np.arange(max(1, int(0.45 * share * place)), int(1.1 * share * place) + 2)  # each kinks once or twice
+
+    def wrong(knots: float) -> float:
+        return float(np.concatenate([_kinks(len(own), knots) != own for own in kinked]).mean())
+
+    found = float(min(place / numbers, key=wrong))
+    return found if wrong(found) < WRONG_KINKS else None
 
 
 def _kinks(bends: int, knots: float) -> NDArray[np.bool_]:
-    """At which of so many second differences lines through knots kink."""
-    before = np.floor(np.arange(1, int((bends + 1) / knots) + 1) * knots + 1e-9).astype(int)
+    """At which of so many second differences lines through knots kink: both beside a knot, or that at its sample."""
+    place = np.arange(1, int((bends + 1) / knots) + 1) * knots
     found = np.zeros(bends + 2, bool)
-    found[(before - 1).clip(0, bends)] = found[before.clip(0, bends)] = True
+    for beside in (np.floor(place + ON_SAMPLE), np.ceil(place - ON_SAMPLE)):
+        found[beside.astype(int) - 1] = True
     return found[:bends]
 
 
