@@ -25,7 +25,7 @@ from myowave.settings import Identify
 def test_what_ended_at_a_bound_is_told(make_trials, base, effects, effect, at, told):
     model = base.with_effects([effects[effect]] if effect else [])
     free = free_parameters(model, {"f0_Bi": Identify(low=150.0, high=300.0)}, {}, {})
-    fit = begin_from(model, make_record(make_trials(), model).train, free, np.array([[p.start for p in free]]))
+    fit = begin_from(model, make_record(make_trials(), model).train, free, np.array([[p.start for p in free]]))[0]
     ended = replace(fit, values=np.array([at.get(p.name, (p.low + p.high) / 2) for p in free]))
     facts = parameters_of(ended, dict.fromkeys(ended.parameters, (1.0, 1.0)))
     assert {name for name, p in facts.items() if p["at_bound"]} == told

@@ -70,7 +70,7 @@ def test_no_odds_are_told_against_a_model_that_was_not_weighed(posterior, few):
 def test_where_more_is_missing_what_was_found_is_shown_as_near_to_the_trials_as_it_gets(weighed):
     """Given what is missing still, parameters would leave it to do the work of what was found; given noise, not."""
     best = weighed[0].best
-    away = begin_from(best.fit.model, best.fit.record, best.fit.free, 1.02 * best.fit.values[None])
+    away = begin_from(best.fit.model, best.fit.record, best.fit.free, 1.02 * best.fit.values[None])[0]
     more, noisy = (
         replace(best, fit=away, states={frozenset({cause}): Weighed({NOISE: 0.01, cause: 0.01}, 0.0)})
         for cause in (REPEATS, EMG)

@@ -89,10 +89,10 @@ def test_the_values_of_the_fit_to_torque_are_a_start_of_the_fit_to_motion(noisy,
 def test_both_searches_that_are_left_are_followed_to_the_end(noisy, base, free, monkeypatch):
     """What a search stands at before its descent does not tell where that leads."""
     usual = np.array([p.start for p in free])
-    begun = output_error.begin_from(base, noisy.train, free, usual[None])
+    begun = output_error.begin_from(base, noisy.train, free, usual[None])[0]
     fits = [begun, replace(begun)]
     poor, good = (replace(begun, normal=replace(begun.normal, residual=begun.normal.residual * k)) for k in (2.0, 1.0))
-    monkeypatch.setattr(output_error, "_survivors", lambda *_: fits)
+    monkeypatch.setattr(output_error, "begin_from", lambda *_: fits)
     monkeypatch.setattr(output_error, "polish", lambda fit: poor if fit is fits[0] else good)
     assert output_error.fit_from(base, noisy.train, free, usual[None]) is good
 

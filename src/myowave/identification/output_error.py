@@ -250,17 +250,12 @@ def fit_model(
 
 def fit_from(model: Model, record: Record, free: Sequence[Free], values: Array) -> Fit:
     """Fit a model from given values (B, P), side by side; raises as `fit_model` does."""
-    return min(map(polish, _survivors(model, record, free, values)), key=lambda fit: fit.objective)
+    return min(map(polish, begin_from(model, record, free, values)), key=lambda fit: fit.objective)
 
 
-def begin_from(model: Model, record: Record, free: Sequence[Free], values: Array) -> Fit:
-    """The fit to descend from that the best of some values (B, P) lead to; raises as `fit_model` does."""
-    return _survivors(model, record, free, values)[0]
-
-
-def _survivors(model: Model, record: Record, free: Sequence[Free], values: Array) -> list[Fit]:
-    """The fits that searches from given values (B, P) end at, at most two, before any descent. Which of them leads to
-    the lower valley is not seen from there."""
+def begin_from(model: Model, record: Record, free: Sequence[Free], values: Array) -> list[Fit]:
+    """The fits to descend from that searches from given values (B, P) end at, the best first, at most two: which of
+    them leads to the lower valley is not seen from there. Raises as `fit_model` does."""
     search = LiftedSearch.begin(model, record, free, values)
     for _ in range(LIFTED_STEPS):
         search = search.lifted().better_half()

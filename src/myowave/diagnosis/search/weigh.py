@@ -245,7 +245,7 @@ def fresh_starts(fit: Fit, scores: Mapping[str, ScoreTest]) -> dict[str, Fit]:
     def begin(score: ScoreTest) -> Fit:
         kept = [value if "." in p.name else p.start for p, value in zip(fit.free, fit.values, strict=True)]
         values = [*kept, *(p.scale if p.high > 0 else -p.scale for p in score.free)]
-        return begin_from(score.start.model, fit.record, score.start.free, np.array([values]))
+        return begin_from(score.start.model, fit.record, score.start.free, np.array([values]))[0]
 
     replacing = {n: s for n, s in scores.items() if not s.failure and s.start.model.effects[-1].replaces}
     fresh = {name: attempt_fit(partial(begin, score)) for name, score in replacing.items()}
