@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import butter, sosfiltfilt
 
+from myowave.data.knots import straight
 from myowave.diagnosis.likelihood.forcing import MORE_EXCITATION, answers, forcing_by, through_sensor
 from myowave.diagnosis.likelihood.sensor import Sensor
 from myowave.diagnosis.likelihood.waves import View, Waves
@@ -63,6 +64,17 @@ def test_a_filtered_recording_of_the_simulated_motion_leaves_nothing_through_tha
     seen = sosfiltfilt(butter(2, corner_hz, fs=1 / fit.record.dt, output="sos"), fit.angle, axis=1)
     recorded = replace(fit, record=replace(fit.record, angle=seen))
     through, plain = (View.of(fit, sensor).left(recorded).abs().max() for sensor in (Sensor(corner_hz), Sensor()))
+    assert through < 1e-9 < plain
+
+
+def test_a_recording_on_straight_lines_leaves_nothing_through_them_wherever_each_trial_begins(make_fit):
+    fit = make_fit()
+    samples = fit.record.valid.shape[1]
+    knots = [np.arange(begin, samples + 4, 4.0) for begin in (-1.0, -2.5, 0.0, -3.0, -0.5, -2.0)[: len(fit.angle)]]
+    lines = [straight(samples, at) @ straight(samples, at, at_knots=True) for at in knots]
+    seen = np.stack([own @ angle for own, angle in zip(lines, fit.angle, strict=True)])
+    recorded = replace(fit, record=replace(fit.record, angle=seen))
+    through, plain = (View.of(fit, sensor).left(recorded).abs().max() for sensor in (Sensor(knots=knots), Sensor()))
     assert through < 1e-9 < plain
 
 

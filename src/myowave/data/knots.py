@@ -1,6 +1,6 @@
 """Angles that were resampled along straight lines: where they were measured, and what lies in between.
 
-Shapes: N samples of a trial, Q knots.
+Shapes: N samples of a trial, Q knots from its first sample or before it to its last one or behind it.
 """
 
 from collections.abc import Sequence
@@ -12,46 +12,71 @@ from scipy.interpolate import make_interp_spline
 from myowave.data.trials import Array
 
 STRAIGHT = 1e-8  # of the largest second difference: less is rounding
-MOST_KINKS, WRONG_KINKS = 0.95, 0.05  # of second differences
+ROUNDED = 2.01  # times the finest step of values that were rounded: their second differences are off by up to 2
+MOST_KINKS, WRONG_KINKS = 0.95, 0.05  # of second differences, and of those that kink
 ON_SAMPLE = 1e-4  # samples: a knot so near to one kinks there alone
 
 
-def knots_of(angles: Sequence[Array]) -> float | None:
-    """Samples between the values that were measured of angles (N_i,), where they run straight in between and kink at
-    no other place; None where they do not."""
+def knots_of(angles: Sequence[Array]) -> list[Array] | None:
+    """Places (Q_i,), in samples, where angles (N_i,) were measured, evenly spaced in all, where they run straight in
+    between and kink at no other place; None where they do not."""
     bends = [np.diff(angle, 2) for angle in angles]
-    kinked = [np.abs(bend) > STRAIGHT * np.abs(bend).max(initial=0.0) for bend in bends]
-    share = float(np.concatenate(kinked).mean()) if kinked else 1.0
-    bend, kinks = max(zip(bends, kinked, strict=True), key=lambda both: len(both[0]), default=(np.zeros(0),) * 2)
-    begins = np.flatnonzero(kinks[1:-1] > kinks[:-2]) + 1  # of runs of kinks
-    if not 0 < share < MOST_KINKS or not len(begins):
+    sizes = np.abs(np.concatenate(bends))
+    finest = np.diff(np.unique(np.concatenate(angles))).min(initial=np.inf)
+    least = max(STRAIGHT * sizes.max(initial=0.0), ROUNDED * finest)
+    kinked, kinks = [np.abs(bend) > least for bend in bends], sizes[sizes > least]
+    sure = [_sure_knots(bend, own) for bend, own in zip(bends, kinked, strict=True)]
+    apart = max(late - early for early, late in sure)
+    if not apart or len(kinks) >= MOST_KINKS * len(sizes):
         return None
-    # Samples bend by as much as a knot is near, which tells where a late one is that bends much, but not its number.
-    first = max(begins[len(begins) // 2 :], key=lambda begin: abs(bend[begin]))
-    before, behind = np.abs(bend[first : first + 2])
-    place = first + 1 + behind / (before + behind)
-    numbers = np.arange(max(1, int(0.45 * share * place)), int(1.1 * share * place) + 2)  # each kinks once or twice
+    near = max(ON_SAMPLE, float(2 * least / np.median(kinks)))  # where rounding hides the kink of the other sample
+    most = len(kinks) / len(sizes) * apart
+    numbers = np.arange(max(1, int(0.45 * most)), int(1.1 * most) + 2)  # each knot kinks once or twice
 
-    def wrong(knots: float) -> float:
-        return float(np.concatenate([_kinks(len(own), knots) != own for own in kinked]).mean())
+    def wrong(step: float) -> float:
+        found = [_kinks(len(own), early % step, step, near) for own, (early, _) in zip(kinked, sure, strict=True)]
+        return np.count_nonzero(np.concatenate(found) != np.concatenate(kinked)) / len(kinks)
 
-    found = float(min(place / numbers, key=wrong))
-    return found if wrong(found) < WRONG_KINKS else None
+    step = float(min(apart / numbers, key=wrong))
+    if wrong(step) >= WRONG_KINKS:
+        return None
+    return [_all_knots(len(angle), early % step, step, near) for angle, (early, _) in zip(angles, sure, strict=True)]
 
 
-def _kinks(bends: int, knots: float) -> NDArray[np.bool_]:
+def _sure_knots(bend: Array, kinked: NDArray[np.bool_]) -> tuple[float, float]:
+    """Places of an early and a late knot of a trial, those that are known best; the same one where it shows no two."""
+    begins = np.flatnonzero(kinked[1:-1] > kinked[:-2]) + 1  # of runs of kinks
+    if len(begins) < 2:
+        return 0.0, 0.0
+    # Samples bend by as much as a knot is near, which tells where one is that bends much.
+    early, late = (max(half, key=lambda begin: abs(bend[begin])) for half in np.array_split(begins, 2))
+    return _place(bend, early), _place(bend, late)
+
+
+def _place(bend: Array, begin: int) -> float:
+    """Where the knot is at which a run of kinks begins."""
+    before, behind = np.abs(bend[begin : begin + 2])
+    return float(begin + 1 + behind / (before + behind))
+
+
+def _all_knots(samples: int, begin: float, step: float, near: float) -> Array:
+    """Places of all knots of a trial, the first of which that is not before its first sample is at `begin`."""
+    first = begin - step if begin > near else begin
+    return first + step * np.arange(np.ceil((samples - 1 - first - near) / step) + 1)
+
+
+def _kinks(bends: int, begin: float, step: float, near: float) -> NDArray[np.bool_]:
     """At which of so many second differences lines through knots kink: both beside a knot, or that at its sample."""
-    place = np.arange(1, int((bends + 1) / knots) + 1) * knots
+    place = np.arange(begin - step, bends + 1, step)
     found = np.zeros(bends + 2, bool)
-    for beside in (np.floor(place + ON_SAMPLE), np.ceil(place - ON_SAMPLE)):
-        found[beside.astype(int) - 1] = True
-    return found[:bends]
+    for beside in (np.floor(place + near), np.ceil(place - near)):
+        found[beside.astype(int).clip(0, bends + 1)] = True
+    return found[1:-1]
 
 
-def straight(samples: int, knots: float, *, at_knots: bool = False) -> Array:
-    """What makes of values at knots all samples, straight between them, (samples, Q); or `at_knots` of a signal at all
-    samples its values at the knots, (Q, samples), knots beyond the last sample at its value."""
-    count = int(np.ceil((samples - 1) / knots - 1e-9)) + 1
-    known = samples if at_knots else count
-    place = np.minimum(np.arange(count) * knots, samples - 1) if at_knots else np.arange(samples) / knots
-    return np.asarray(make_interp_spline(np.arange(known), np.eye(known), k=1)(place))
+def straight(samples: int, knots: Array, *, at_knots: bool = False) -> Array:
+    """What makes of values at knots (Q,) all samples, straight between them, (samples, Q); or `at_knots` of a signal at
+    all samples its values at the knots, (Q, samples), those beyond its ends at its first or last value."""
+    at = np.arange(samples, dtype=float)
+    known, wanted = (at, knots.clip(0, samples - 1)) if at_knots else (knots, at)
+    return np.asarray(make_interp_spline(known, np.eye(len(known)), k=1)(wanted))

@@ -29,8 +29,8 @@ def roughness_of(signals: Sequence[Array]) -> float:
     """Standard deviation of the noise that measured signals, (N_i,) each, show in their finest scales, resampled along
     straight lines from those of the values that were measured."""
     knots = knots_of(signals)
-    if knots is not None and min(map(len, signals)) > FEWEST_OF_NOISE * knots:
-        signals = [straight(len(signal), knots, at_knots=True) @ signal for signal in signals]
+    if knots is not None and min(map(len, knots)) > FEWEST_OF_NOISE:
+        signals = [straight(len(x), at, at_knots=True) @ x for x, at in zip(signals, knots, strict=True)]
     return float(estimate_noise(*signals))
 
 

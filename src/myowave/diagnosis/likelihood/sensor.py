@@ -7,6 +7,7 @@ through the sensor, backwards.
 Shapes: N samples of a trial, W waves.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -24,17 +25,22 @@ class Sensor:
     """How an angle came to be recorded."""
 
     corner_hz: float | None = None  # of the low-pass that it has passed, as programs name it; None: none
-    # samples from one measured value to the next, between which the angle runs straight; None: all are measured
-    knots: float | None = None
+    # places in each trial [samples] at which the angle was measured, and between which it runs straight; None: at all
+    knots: Sequence[Array] | None = None
 
-    def seen(self, waves: Array, dt: float) -> tuple[Array, Array]:
+    @property
+    def step(self) -> float:
+        """Samples from one measured value to the next."""
+        return 1.0 if self.knots is None else float(self.knots[0][1] - self.knots[0][0])
+
+    def seen(self, trial: int, waves: Array, dt: float) -> tuple[Array, Array]:
         """By which signals waves (N, W) of what is recorded are to be multiplied: the motion (N, W), and white noise of
         what was measured (any number, W)."""
-        samples, step = len(waves), 1.0 if self.knots is None else self.knots
-        measured = waves if self.knots is None else straight(samples, step).T @ waves
+        samples, knots = len(waves), None if self.knots is None else self.knots[trial]
+        measured = waves if knots is None else straight(samples, knots).T @ waves
         if self.corner_hz is not None:
-            measured = _low_pass(len(measured), 2 * self.corner_hz * dt * step).T @ measured
-        return measured if self.knots is None else straight(samples, step, at_knots=True).T @ measured, measured
+            measured = _low_pass(len(measured), 2 * self.corner_hz * dt * self.step).T @ measured
+        return measured if knots is None else straight(samples, knots, at_knots=True).T @ measured, measured
 
 
 @lru_cache(maxsize=4)

@@ -56,7 +56,7 @@ class Waves:
 
     def through(self, sensor: Sensor, lengths: NDArray[np.int64], dt: float) -> "Waves":
         """The same waves as a sensor sees them."""
-        seen = [sensor.seen(w[:n], dt) for w, n in zip(self.waves.numpy(), lengths, strict=True)]
+        seen = [sensor.seen(t, self.waves[t, :n].numpy(), dt) for t, n in enumerate(lengths)]
         motion, noise = (
             torch.nn.utils.rnn.pad_sequence([torch.from_numpy(s) for s in some], batch_first=True)
             for some in zip(*seen, strict=True)

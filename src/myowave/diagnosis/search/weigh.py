@@ -283,7 +283,7 @@ def through_likely_filter(fit: Fit, view: View) -> View:
         return with_or_without - (0.0 if corner_hz is None else COST)
 
     tried: dict[float | None, float] = {None: likely(None)}
-    highest = 0.45 / (fit.record.dt * (view.sensor.knots or 1.0))
+    highest = 0.45 / (fit.record.dt * view.sensor.step)
 
     def best_with(corners: Iterable[float]) -> float | None:
         tried.update({corner_hz: likely(corner_hz) for corner_hz in corners if corner_hz < highest})
