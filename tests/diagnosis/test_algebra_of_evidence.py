@@ -138,7 +138,9 @@ def test_the_posterior_of_amplitudes_is_that_of_linear_regression():
 def test_what_is_left_is_white_with_the_right_sizes_and_not_without_a_cause():
     sizes = {"noise": 1.0, "memory": 2.0, "curves": 1.0}
     residual = make_residual(3, **sizes)
-    assert (Covariance(residual, sizes).white()[VALID] ** 2).mean().item() == pytest.approx(1.0, abs=0.4)
+    covariance, values = Covariance(residual, sizes), residual.values[..., None]
+    assert (covariance.white() ** 2).sum().item() == pytest.approx(covariance.inner(values, values).item(), rel=1e-9)
+    assert (covariance.white()[VALID] ** 2).mean().item() == pytest.approx(1.0, abs=0.4)
     assert (Covariance(residual, {"noise": 1.0}).white()[VALID] ** 2).mean() > 1.8
 
 

@@ -8,7 +8,7 @@ from scipy.signal import butter, sosfiltfilt
 
 from myowave.data.knots import straight
 from myowave.diagnosis.likelihood.forcing import MORE_EXCITATION, answers, forcing_by, through_sensor
-from myowave.diagnosis.likelihood.sensor import Sensor
+from myowave.diagnosis.likelihood.sensor import SHORTEST, Sensor
 from myowave.diagnosis.likelihood.waves import View, Waves
 from myowave.identification.output_error import fit_simulated
 
@@ -57,6 +57,16 @@ def test_amplitudes_answer_to_pushes_as_the_motion_does(make_fit):
     parts = zip(answers(jacobian, forcing, through_sensor(fit, waves)), reversed(range(forcing.shape[1])), strict=True)
     found = sum(np.einsum("tmw,tm->tw", answer, pushes[:, n]) for answer, n in parts)
     assert found == pytest.approx(expected, rel=1e-8, abs=1e-11)
+
+
+@pytest.mark.parametrize("samples", [12, 16, 500])
+def test_what_is_seen_through_a_filter_is_what_the_filter_makes_of_a_motion(samples):
+    random, corner_hz = np.random.default_rng(0), 2.0
+    waves, motion = random.standard_normal((samples, 5)), random.standard_normal(samples)
+    sos = butter(2, corner_hz, fs=100.0, output="sos")
+    filtered = sosfiltfilt(sos, motion) if samples > SHORTEST else motion
+    seen, _ = Sensor(corner_hz).seen(0, waves, 0.01)
+    assert seen.T @ motion == pytest.approx(waves.T @ filtered, rel=1e-9, abs=1e-12)
 
 
 def test_a_filtered_recording_of_the_simulated_motion_leaves_nothing_through_that_filter(make_fit):

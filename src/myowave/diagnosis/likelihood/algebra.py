@@ -230,16 +230,21 @@ class Covariance:
         return (covariance @ self.with_residual(columns)).numpy(), covariance.numpy()
 
     def white(self) -> Tensor:
-        """The values divided by a root of V, one by one in order, (T, L): N(0, 1) and independent if V is right."""
-        values, columns = (  # what is apart comes last
-            torch.cat([part.flatten(0, 1) for part in self.residual.parts(some)])
-            for some in (self.residual.values[..., None], self.shared)
-        )
-        total = torch.block_diag(*self.root @ self.root.mT, torch.diag(self.tail.flatten() ** 2)) + columns @ columns.T
-        whole = torch.linalg.solve_triangular(torch.linalg.cholesky(total), values, upper=False)
-        trials, apart = len(self.residual.values), self.residual.apart
-        first, last = whole.split([len(whole) - trials * apart, trials * apart])
-        return torch.cat([first.reshape(trials, -1), last.reshape(trials, apart)], 1) * self.residual.valid
+        """The values divided by a root of V, one by one in order, (T, L): N(0, 1) and independent if V is right. The
+        first values of all trials come first, and trials tell the next ones what they share."""
+        known, expected = torch.eye(self.shared.shape[-1]).double(), self.shared.new_zeros(self.shared.shape[-1], 1)
+        covariances = self.root @ self.root.mT, torch.diag_embed(self.tail[..., 0] ** 2)
+        parts = map(self.residual.parts, (self.residual.values[..., None], self.shared))
+        found = []
+        for some in zip(*parts, covariances, strict=True):
+            for values, columns, covariance in zip(*some, strict=True):
+                root = torch.linalg.cholesky(covariance + columns @ known @ columns.mT)
+                both = torch.cat([values - columns @ expected, columns @ known], 1)
+                left, gain = torch.linalg.solve_triangular(root, both, upper=False).tensor_split([1], 1)
+                known, expected = known - gain.mT @ gain, expected + gain.mT @ left
+                found.append(left[:, 0])
+        trials = len(self.residual.values)
+        return torch.cat([torch.stack(found[:trials]), torch.stack(found[trials:])], 1) * self.residual.valid
 
 
 @dataclass(frozen=True)

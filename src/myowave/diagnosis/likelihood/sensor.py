@@ -9,15 +9,15 @@ Shapes: N samples of a trial, W waves.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
-from scipy.signal import butter, sosfiltfilt
+from scipy.signal import butter, sosfilt, sosfilt_zi
 
 from myowave.data.knots import straight
 from myowave.data.trials import Array
 
 SHORTEST = 15  # samples that a filter forwards and backwards is longer than
+EDGE = 9  # samples by which such a filter goes on beyond both ends, as `scipy.signal.sosfiltfilt` does
 
 
 @dataclass(frozen=True)
@@ -39,15 +39,28 @@ class Sensor:
         samples, knots = len(waves), None if self.knots is None else self.knots[trial]
         measured = waves if knots is None else straight(samples, knots).T @ waves
         if self.corner_hz is not None:
-            measured = _low_pass(len(measured), 2 * self.corner_hz * dt * self.step).T @ measured
+            measured = _transposed_low_pass(measured, 2 * self.corner_hz * dt * self.step)
         return measured if knots is None else straight(samples, knots, at_knots=True).T @ measured, measured
 
 
-@lru_cache(maxsize=4)
-def _low_pass(samples: int, corner: float) -> Array:
-    """What a filter makes of signals of so many samples, (samples, samples); its corner in units of the highest
-    frequency."""
+def _transposed_low_pass(waves: Array, corner: float) -> Array:
+    """By which signals before a filter are to be multiplied, as they are by waves (N, W) behind it; its corner in units
+    of the highest frequency."""
     # ASSUME: a Butterworth filter of second order forwards and backwards, as motion capture's (Winter 2009).
-    if samples <= SHORTEST or corner >= 1:
-        return np.eye(samples)
-    return np.asarray(sosfiltfilt(butter(2, corner, output="sos"), np.eye(samples), axis=0))
+    if len(waves) <= SHORTEST or corner >= 1:
+        return waves
+    sos = butter(2, corner, output="sos")
+    resting, _ = sosfilt(sos, np.zeros(len(waves) + 2 * EDGE), zi=sosfilt_zi(sos))  # begun at rest at 1
+
+    def once(later: Array) -> Array:
+        """The same of one of its two passes, which begins at rest at the first value."""
+        back = sosfilt(sos, later[::-1], axis=0)[::-1]
+        return np.concatenate([back[:1] + resting @ later, back[1:]])
+
+    # Before the filter a signal goes on beyond both ends, turned about each.
+    beyond = once(once(np.pad(waves, ((EDGE, EDGE), (0, 0)))[::-1])[::-1])
+    found = beyond[EDGE:-EDGE].copy()
+    for inwards, turned in ((found, beyond[:EDGE][::-1]), (found[::-1], beyond[-EDGE:])):
+        inwards[0] += 2 * turned.sum(0)
+        inwards[1 : EDGE + 1] -= turned
+    return found
