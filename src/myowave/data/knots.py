@@ -7,7 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import make_interp_spline
+from scipy.interpolate import BSpline
+from scipy.sparse import csr_array
 
 from myowave.data.trials import Array
 
@@ -74,9 +75,9 @@ def _kinks(bends: int, begin: float, step: float, near: float) -> NDArray[np.boo
     return found[1:-1]
 
 
-def straight(samples: int, knots: Array, *, at_knots: bool = False) -> Array:
+def straight(samples: int, knots: Array, *, at_knots: bool = False) -> csr_array:
     """What makes of values at knots (Q,) all samples, straight between them, (samples, Q); or `at_knots` of a signal at
     all samples its values at the knots, (Q, samples), those beyond its ends at its first or last value."""
     at = np.arange(samples, dtype=float)
     known, wanted = (at, knots.clip(0, samples - 1)) if at_knots else (knots, at)
-    return np.asarray(make_interp_spline(known, np.eye(len(known)), k=1)(wanted))
+    return BSpline.design_matrix(wanted, known[[0, *range(len(known)), -1]], k=1, extrapolate=True)
