@@ -124,7 +124,7 @@ def test_what_curves_of_another_shape_leave_is_named_so_and_so_is_damping_beside
     assert alone.kind == "unknown" and alone.answer.of_shapes and alone.answer.missing > np.radians(0.1)
     assert OWN_SHAPES in alone.answer.probabilities
     beside = judged(make_strange(**curved, joint_damping={"c": 1.0}))
-    assert (beside.kind, beside.effects, beside.answer.of_shapes) == ("partial", ("joint_damping",), True)
+    assert (beside.kind, beside.causes, beside.answer.of_shapes) == ("partial", ("joint_damping",), True)
 
 
 def test_what_a_path_of_another_shape_leaves_is_named_so_and_not_as_an_offset(make_strange, effects):
