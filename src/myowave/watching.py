@@ -34,7 +34,7 @@ from myowave.physics.model import Model
 from myowave.physics.muscle import EXTENSOR, FLEXOR
 from myowave.settings import MeasuredDataset, Settings, read_settings
 from myowave.settings.recording import TRIAL
-from myowave.starting.block import LOAD, kind_of
+from myowave.starting.block import LOAD, kind_of, load_of
 
 POLL_S = 1.0
 KNOWN = 0.25  # of a strength: an interval of 95 % that reaches no further decides it
@@ -180,13 +180,11 @@ def import_named(
 
 
 def _known_of(name: str, block: Dataset) -> Mapping[str, float]:
-    """What is known of a trial: by its own name, alike of all others of its kind, or by a name such as 2kg_1; 2_5kg_1
-    may be 2.5 kg or 5, and is no load."""
+    """What is known of a trial: by its own name, alike of all others of its kind, or by a name such as 2kg_1."""
     alike = [known for one, known in block.conditions.items() if kind_of(one) == kind_of(name)]
-    load = LOAD.search(name)
-    by_name = {"load": float(load[2].replace(",", "."))} if load and not load[1] else {}
+    by_name = {"load": float(load.replace(",", "."))} if (load := load_of(name)) else {}
     known = block.conditions.get(name, alike[0] if alike and all(one == alike[0] for one in alike) else by_name)
-    if not known and (load or any("load" in one for one in block.conditions.values())):
+    if not known and (LOAD.search(name) or any("load" in one for one in block.conditions.values())):
         raise ValueError(f"what does the hand hold? Call it 2kg_1, or write conditions: {{{name}: {{load: 2}}}}.")
     return known
 

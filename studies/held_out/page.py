@@ -41,12 +41,12 @@ def _method(inputs: str, method: str, scales: int) -> str:
 def differences(rows: pd.DataFrame) -> str:
     """Changes of the error that choices make, mean and 95 % interval over test trials."""
     found = list(_differences(rows))
-    lines = [[name, *(_interval(change) for change in changes)] for name, changes in found]
+    lines = [[name, *(_with_interval(change) for change in changes)] for name, changes in found]
     counts = [len(change) for change in found[0][1]]
     return markdown(["change", *(f"{name} ({n})" for name, n in zip(QUESTIONS.values(), counts, strict=True))], lines)
 
 
-def _interval(change: pd.Series) -> str:
+def _with_interval(change: pd.Series) -> str:
     low, high = interval(change)
     text = f"{change.mean():+.2f} ({low:+.2f} to {high:+.2f})"
     return f"**{text}**" if low > 0 or high < 0 else text

@@ -24,7 +24,7 @@ from myowave.starting.signals import Found, Recorded
 _GRID_HZ = 100.0  # of the trials, where the angle was recorded faster, or may have been
 _LOW_HZ, _TOP_HZ, _NYQUIST_SHARE = 20, 450.0, 0.45  # of the band of raw EMG that is kept
 _ANGLE = "angle: # GUESSED. FILL IN sign and offset: 0 is the forearm hanging straight, positive in flexion"
-LOAD = re.compile(r"((?<![^\W_])\d+[_-])?(\d+(?:[.,]\d+)?) ?kg", re.IGNORECASE)  # 2_5kg may be 2.5 kg or 5: group 1
+LOAD = re.compile(r"((?<![^\W_])\d+[_-])?(\d+(?:[.,]\d+)?) ?kg", re.IGNORECASE)
 _MOST_RAD = 6.3  # an angle without a unit that never exceeds this is taken to be in rad
 
 
@@ -80,7 +80,7 @@ def held_out(trials: Sequence[str]) -> list[str]:
 
     A condition with a single trial keeps it for training; where all are single, the last trial is held out.
     """
-    for condition_of in (kind_of, _load_of):
+    for condition_of in (kind_of, load_of):
         conditions: dict[str, list[str]] = {}
         for name in trials:
             conditions.setdefault(condition_of(name), []).append(name)
@@ -89,8 +89,8 @@ def held_out(trials: Sequence[str]) -> list[str]:
     return [trials[-1]]
 
 
-def _load_of(trial: str) -> str:
-    """The load in a trial's name as it stands there; empty where it tells none."""
+def load_of(trial: str) -> str:
+    """The load in a trial's name [kg] as it stands there; empty where it tells none, or 2_5kg may be 2.5 kg or 5."""
     load = LOAD.search(trial)
     return load[2] if load and not load[1] else ""
 
