@@ -77,7 +77,8 @@ TAIL = """
   bends: a flexible mount of the sensor was added, to the truth, too. An angle that was smoothed would look the same.
 - A person: how changes between trials are weighed, with all seven rows in sight ([what changed](changed.md)).
 - Arm26: tendons with a toe, lags that change with the activation, steeper passive forces, larger forces of lengthening
-  muscles; unusual constants are told beside names.
+  muscles; unusual constants are told beside names. Unknown curves may hang on the activation, found on simulated arms:
+  the damper's size came closer, no row is graded otherwise.
 
 **Seven more arms of Arm26** were judged once each. Of five, two had all that is missing named, and nothing else (with a
 damper and with a spring at the joint); three got a wrong name, noise of the EMG for elastic tendons. That was EMG
