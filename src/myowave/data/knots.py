@@ -1,78 +1,97 @@
 """Angles that were resampled along straight lines: where they were measured, and what lies in between.
 
-Shapes: N samples of a trial, Q knots from its first sample or before it to its last one or behind it.
+Shapes: T trials, N samples of a trial, Q knots from its first sample or before it to its last one or behind it.
 """
 
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import BSpline
+from scipy.linalg import solveh_banded
+from scipy.optimize import least_squares
+from scipy.signal import find_peaks
 from scipy.sparse import csr_array
 
 from myowave.data.trials import Array
 
-STRAIGHT = 1e-8  # of the largest second difference: less is rounding
-ROUNDED = 2.01  # times the finest step of values that were rounded: their second differences are off by up to 2
-MOST_KINKS, WRONG_KINKS = 0.95, 0.05  # of second differences, and of those that kink
-ON_SAMPLE = 1e-4  # samples: a knot so near to one kinks there alone
+TRIED = 12  # steps in which kinks may come, the most regular ones
+ROOM = 0.02, 0.25  # of a step, by which one found so may be off, and the knot that a trial begins at
+FEWEST = 100  # samples more than knots: with fewer, chance may look like lines
+# Of squared second differences lines through knots may leave so much: of all, and of what lines leave whose knots are
+# half a step away. Those meet noise, smooth motions and steps of rounding as well; a thousand of such left more.
+LEFT = 0.2
+EXACT = 1e-12
+SHORTEST = 5  # samples of a trial
+ON_SAMPLE = 0.01  # samples: a knot so near to the first or the last one is there
 
 
 def knots_of(angles: Sequence[Array]) -> list[Array] | None:
-    """Places (Q_i,), in samples, where angles (N_i,) were measured, evenly spaced in all, where they run straight in
-    between and kink at no other place; None where they do not."""
-    bends = [np.diff(angle, 2) for angle in angles]
-    sizes = np.abs(np.concatenate(bends))
-    finest = np.diff(np.unique(np.concatenate(angles))).min(initial=np.inf)
-    least = max(STRAIGHT * sizes.max(initial=0.0), ROUNDED * finest)
-    kinked, kinks = [np.abs(bend) > least for bend in bends], sizes[sizes > least]
-    sure = [_sure_knots(bend, own) for bend, own in zip(bends, kinked, strict=True)]
-    apart = max(late - early for early, late in sure)
-    if not apart or len(kinks) >= MOST_KINKS * len(sizes):
+    """Places (Q,), in samples, where each of T angles (N,) was measured, evenly spaced in all, where they run straight
+    in between; None where they do not."""
+    if sum(map(len, angles)) < FEWEST or min(map(len, angles)) < SHORTEST:
         return None
-    near = max(ON_SAMPLE, float(2 * least / np.median(kinks)))  # where rounding hides the kink of the other sample
-    most = len(kinks) / len(sizes) * apart
-    numbers = np.arange(max(1, int(0.45 * most)), int(1.1 * most) + 2)  # each knot kinks once or twice
+    bent = sum(float((np.diff(angle, 2) ** 2).sum()) for angle in angles)
 
-    def wrong(step: float) -> float:
-        found = [_kinks(len(own), early % step, step, near) for own, (early, _) in zip(kinked, sure, strict=True)]
-        return np.count_nonzero(np.concatenate(found) != np.concatenate(kinked)) / len(kinks)
+    def bends_left(place: Array) -> Array:
+        """Second differences of what lines leave of all trials, by a step and a knot of each trial, (1 + T,)."""
+        return np.concatenate([np.diff(_off_lines(a, b, place[0]), 2) for a, b in zip(angles, place[1:], strict=True)])
 
-    step = float(min(apart / numbers, key=wrong))
-    if wrong(step) >= WRONG_KINKS:
-        return None
-    return [_all_knots(len(angle), early % step, step, near) for angle, (early, _) in zip(angles, sure, strict=True)]
+    def worse_elsewhere(place: Array, left: float) -> bool:
+        elsewhere = place + place[0] / 2 * (np.arange(len(place)) > 0)
+        kept, moved = (float((bends_left(at) ** 2).sum()) for at in (place, elsewhere))
+        return kept < left * min(moved, bent)
 
-
-def _sure_knots(bend: Array, kinked: NDArray[np.bool_]) -> tuple[float, float]:
-    """Places of an early and a late knot of a trial, those that are known best; the same one where it shows no two."""
-    begins = np.flatnonzero(kinked[1:-1] > kinked[:-2]) + 1  # of runs of kinks
-    if len(begins) < 2:
-        return 0.0, 0.0
-    # Samples bend by as much as a knot is near, which tells where one is that bends much.
-    early, late = (max(half, key=lambda begin: abs(bend[begin])) for half in np.array_split(begins, 2))
-    return _place(bend, early), _place(bend, late)
+    room = np.array([ROOM[0], *[ROOM[1]] * len(angles)])
+    for begun in _regular(angles):
+        if worse_elsewhere(begun, 0.5):
+            bounds = begun - room * begun[0], begun + room * begun[0]
+            place = least_squares(bends_left, begun, bounds=bounds, ftol=EXACT, xtol=EXACT, gtol=EXACT).x
+            knots = [_knots(len(a), b, place[0]) for a, b in zip(angles, place[1:], strict=True)]
+            if sum(map(len, angles)) - sum(map(len, knots)) >= FEWEST and worse_elsewhere(place, LEFT):
+                return knots
+    return None
 
 
-def _place(bend: Array, begin: int) -> float:
-    """Where the knot is at which a run of kinks begins."""
-    before, behind = np.abs(bend[begin : begin + 2])
-    return float(begin + 1 + behind / (before + behind))
+def _regular(angles: Sequence[Array]) -> list[Array]:
+    """Steps that bends come in most regularly, the longest first, each with a knot of every trial, (1 + T,)."""
+    # Looked at twice a sample, a bend peaks at its knot also where that is between two.
+    squares = [_twice_as_fine(np.diff(angle, 2)) ** 2 for angle in angles]
+    count = 8 * max(map(len, squares))
+    spectra = np.stack([np.fft.rfft((own - own.mean()) * np.hanning(len(own)), count) for own in squares])
+    power = (np.abs(spectra) ** 2).sum(0)
+    peaks = find_peaks(power[: count // 2])[0]  # steps of more than a sample
+    likely = np.sort(peaks[np.argsort(power[peaks])[-TRIED:]])
+    # The first second difference is at sample 1.
+    return [
+        np.array([step, *(1 - np.angle(own) / (2 * np.pi) * step)])
+        for step, own in zip(count / (2 * likely), spectra.T[likely], strict=True)
+    ]
 
 
-def _all_knots(samples: int, begin: float, step: float, near: float) -> Array:
-    """Places of all knots of a trial, the first of which that is not before its first sample is at `begin`."""
-    first = begin - step if begin > near else begin
-    return first + step * np.arange(np.ceil((samples - 1 - first - near) / step) + 1)
+def _twice_as_fine(x: Array) -> Array:
+    """A signal (N,) and, between its samples, their means, (2 N - 1,)."""
+    return np.convolve(np.kron(x, [1.0, 0.0]), [0.5, 1.0, 0.5])[1 : 2 * len(x)]
 
 
-def _kinks(bends: int, begin: float, step: float, near: float) -> NDArray[np.bool_]:
-    """At which of so many second differences lines through knots kink: both beside a knot, or that at its sample."""
-    place = np.arange(begin - step, bends + 1, step)
-    found = np.zeros(bends + 2, bool)
-    for beside in (np.floor(place + near), np.ceil(place - near)):
-        found[beside.astype(int).clip(0, bends + 1)] = True
-    return found[1:-1]
+def _knots(samples: int, begin: float, step: float) -> Array:
+    """Places of all knots of a trial, one of which is at `begin`."""
+    first = begin + step * np.ceil((ON_SAMPLE - begin) / step - 1)
+    return first + step * np.arange(np.ceil((samples - 1 - first - ON_SAMPLE) / step) + 1)
+
+
+def _off_lines(angle: Array, begin: float, step: float) -> Array:
+    """What is left of an angle by the lines through knots that are nearest to it, (N,)."""
+    knots = _knots(len(angle), begin, step)
+    return np.asarray(angle - straight(len(angle), knots) @ values_at(knots, angle))
+
+
+def values_at(knots: Array, angle: Array) -> Array:
+    """Values (Q,) at knots, the lines through which are nearest to an angle (N,); where it runs along such lines, what
+    was measured."""
+    lines = straight(len(angle), knots)
+    products = lines.T @ lines
+    bands = np.stack([np.r_[0.0, products.diagonal(1)], products.diagonal() + 1e-12])  # a last knot may see no sample
+    return np.asarray(solveh_banded(bands, lines.T @ angle))
 
 
 def straight(samples: int, knots: Array, *, at_knots: bool = False) -> csr_array:

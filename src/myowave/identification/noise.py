@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from myowave.data.knots import knots_of, straight
+from myowave.data.knots import knots_of, values_at
 from myowave.data.trials import Array
 from myowave.data.wavelets import FEWEST_OF_NOISE, estimate_noise
 
@@ -29,8 +29,8 @@ def roughness_of(signals: Sequence[Array]) -> float:
     """Standard deviation of the noise that measured signals, (N_i,) each, show in their finest scales, resampled along
     straight lines from those of the values that were measured."""
     knots = knots_of(signals)
-    if knots is not None and min(map(len, knots)) > FEWEST_OF_NOISE:
-        signals = [straight(len(x), at, at_knots=True) @ x for x, at in zip(signals, knots, strict=True)]
+    if knots is not None and min(map(len, knots)) >= FEWEST_OF_NOISE + 2:
+        signals = [values_at(at, x)[1:-1] for x, at in zip(signals, knots, strict=True)]
     return float(estimate_noise(*signals))
 
 
