@@ -52,7 +52,7 @@ def truth(base):
 def verdict(diagnosis, truth, comparison):
     """As it comes back from the file."""
     summary = verdict_facts(diagnosis)
-    command = adding_command(summary["dataset"], summary["model"], recipes=["rollout"])
+    command = adding_command(summary, recipes=["rollout"])
     whole = {**add_truth(summary, truth), **summarize(**comparison), "command": command}
     return json.loads(json.dumps(whole, allow_nan=False))
 
@@ -158,9 +158,9 @@ def test_the_comparisons_agree_that_damping_was_missing(comparison, tables):
     assert errors.loc[np.inf, ["base", "base+joint_damping"]].to_dict() == pytest.approx(whole.to_dict())
 
 
-def test_the_command_trains_every_recipe_with_the_settings_of_the_run(verdict):
+def test_the_command_trains_every_recipe_with_the_settings_of_the_run(verdict, facts):
     settings = ["config.yaml", "my settings.yaml"]
-    command = adding_command("elbow", "base+joint_damping", recipes=["rollout", "paper"], config_files=settings)
+    command = adding_command(facts(), recipes=["rollout", "paper"], config_files=settings)
     calls = [shlex.split(call) for call in command.split(" && ")]
     assert len(calls) == 2 and all(call[:3] == ["snakemake", "--cores", "2"] for call in calls)
     assert all(call[-3:] == ["--configfile", *settings] for call in calls), "the option takes all that follows it"
@@ -435,6 +435,13 @@ def test_nobody_is_told_to_curl_a_machine_that_the_model_does_not_follow(facts):
     said = " ".join(told[part] for part in ("headline", "lead", "torque", "todo", "plan"))
     assert not told["session"] and not re.search("EMG|muscle|hand", said), said
     assert "the model explains R² -3" in told["torque"] and told["headline"].startswith("The model does not follow")
+
+
+def test_no_network_is_advised_where_there_is_no_emg_for_one(facts):
+    with_emg, machine = (facts(electrodes=electrodes) for electrodes in (["emg_biceps"], []))
+    machine["command"] = adding_command(machine)
+    assert "train a network" in tell(with_emg)["todo"]
+    assert not machine["command"] and not re.search("network|train", tell(machine)["todo"] + tell(machine)["add"])
 
 
 def test_what_to_record_is_told_so_that_a_person_can_do_it(facts):

@@ -9,6 +9,8 @@ import torch
 from myowave.data.trials import Trials
 from myowave.learning import baselines
 from myowave.learning.baselines import predict_baseline, score_baseline
+from myowave.learning.task import fresh_network
+from myowave.physics.model import Model
 from myowave.settings import Baseline
 
 KINDS = ("hold", "ridge", "trees", "gru", "convolution")
@@ -39,6 +41,19 @@ def test_a_baseline_learns_an_angle_that_follows_emg(late, model, kind, least):
 def test_hold_is_the_last_given_angle(late, model):
     held = predict_baseline(Baseline(kind="hold"), late, model, (0,))
     torch.testing.assert_close(held[0, 3, 4:], torch.full((146,), late.angle[3, 3], dtype=held.dtype))
+
+
+def test_without_emg_a_baseline_or_network_is_refused(late, rollout):
+    """As of a machine, which has a motor or nothing that drives it."""
+    swings, machine = replace(late, channels=(), emg=late.emg[..., :0]), Model((), {"mass": 1.0, "length": 0.5})
+    for ask in (
+        lambda: predict_baseline(Baseline(kind="trees"), swings, machine, (0,)),
+        lambda: fresh_network(replace(rollout, scales={0: swings}, model=machine)),
+    ):
+        with pytest.raises(
+            ValueError, match=r"dataset 'late': its arm has no muscles.* under targets.without_networks"
+        ):
+            ask()
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -478,6 +478,7 @@ def test_a_machine_has_no_emg_and_a_motor_where_a_column_is_a_torque(workplace):
     for folder, motor in (("driven", "torque_Nm"), ("free", None)):
         made = new(folder, config=[Path("config.yaml"), Path("rig.yaml")], arm="rig")
         dataset = yaml.safe_load(made.text)["data"]["datasets"]["mine"]
+        assert "train networks" not in made.text, "there is no EMG for one"
         assert "emg" not in dataset and dataset.get("motor", {"column": None})["column"] == motor
         assert dataset["angle"]["unit"] == "deg" and ("scatter" in dataset) is bool(motor)
         lacks = made.said.partition("Before it runs, correct:\n")[2].partition("Wrote")[0].splitlines()

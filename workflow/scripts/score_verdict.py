@@ -12,7 +12,7 @@ with job_log(f"verdict of {snakemake.wildcards.dataset}", snakemake.log[0]) as l
     summary = read_json(snakemake.input.summary)
     truth = read_json(snakemake.input.truth) if snakemake.input.truth else None
     compared = summarize(pd.read_csv(snakemake.input.torque), pd.read_csv(snakemake.input.horizons))
-    command = adding_command(summary["dataset"], summary["model"], **snakemake.params.run)
+    command = adding_command(summary, **snakemake.params.run)
     verdict = {**add_truth(summary, truth), **compared, "command": command}
     write_json(verdict, snakemake.output.verdict)
     log.say(tell(verdict)["headline"])

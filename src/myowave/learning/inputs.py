@@ -45,7 +45,12 @@ class Given:
 
     @classmethod
     def of(cls, trials: Trials, model: Model, settings: Inputs) -> "Given":
-        """Of the training trials, as the settings of a recipe or baseline want it."""
+        """Of the training trials, as the settings of a recipe or baseline want it; a ValueError where none has EMG."""
+        if not trials.channels:
+            raise ValueError(
+                f"dataset {trials.dataset!r}: its arm has no muscles, so there is no EMG for a network. Name it under "
+                f"targets.without_networks, and ask for its page: results/diagnosis/{trials.dataset}/verdict.html."
+            )
         differ = known_inputs(trials, model.defaults)
         wanted = differ if settings.known_inputs is None else settings.known_inputs
         known = {name: value for name, value in differ.items() if name in wanted}

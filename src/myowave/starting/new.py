@@ -68,16 +68,18 @@ def begin(
     if not recorded.signals:
         raise ValueError(f"{folder}: no recording in it can be read.\n" + "\n".join(say_once(recorded.skipped)))
     given = _arm_of(below, arm) if arm else None
-    block = dataset_block(folder, recorded, machine=given is not None and not given.muscles)
+    machine = given is not None and not given.muscles
+    block = dataset_block(folder, recorded, machine=machine)
     preset = WITH_BRACHIORADIALIS if "emg_brachioradialis" in block.channels else PRESET
     own = [] if arm is not None else list(_arm_lines(preset, block.channels, body))
     named = arm or (name if own else preset)
+    training = "; name it in datasets instead to train networks as well,\n"
+    training += f"  # and for EMG that was recorded raw add own_recipes: {{{name}: [recorded]}}"
     lines = [
         f"# The dataset {name}, from the recordings in {shown(folder)}. docs/real_arm.md explains it.",
         "# GUESSED: from units and names, so look at it. FILL IN: only you know it.",
         "",
-        "targets: # diagnosed without training a network; name it in datasets instead to train networks as well,",
-        f"  # and for EMG that was recorded raw add own_recipes: {{{name}: [recorded]}}",
+        f"targets: # diagnosed without training a network{'' if machine else training}",
         "  datasets: []",
         f"  without_networks: [{name}]",
         "  follow_verdict: []",

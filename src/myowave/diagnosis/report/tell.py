@@ -127,15 +127,16 @@ def says_little(verdict: Verdict) -> bool:
     return not r2[found] > r2[POSTURE] + AS_GOOD or r2[found] < r2.get(POSTURE_LOAD, -math.inf) - AS_GOOD
 
 
-def adding_command(
-    dataset: str, model: str, *, recipes: Sequence[str] = ("rollout",), config_files: Sequence[str] = ()
-) -> str:
+def adding_command(verdict: Verdict, *, recipes: Sequence[str] = ("rollout",), config_files: Sequence[str] = ()) -> str:
     """The command that trains networks with the model that was found, then shows them beside those without it: two
-    calls, as the page shows every network that is there when its call begins.
+    calls, as the page shows every network that is there when its call begins. None where there is no EMG.
 
     Args:
         config_files: what the run was given after --configfile, in order; none where it had only config.yaml.
     """
+    if not verdict["electrodes"]:
+        return ""
+    dataset, model = verdict["dataset"], verdict["model"]
     trained = [f"results/figures/{dataset}/{model}/{recipe}/predictions.png" for recipe in recipes]
     page = f"results/diagnosis/{dataset}/verdict.html"
     # Targets come first: --configfile takes all words that follow it.
