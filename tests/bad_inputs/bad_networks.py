@@ -233,7 +233,7 @@ STREAMS = {
     "nothing in a cell": (cell(8, 1, ""), "line 8.*''.*expected a number"),
     "not normalised": (cell(8, 1, "5.1"), "line 8.*emg_biceps is 5.1.*expected 0 to 5"),
     "percent": (cell(2, 1, "35"), "line 2.*emg_biceps is 35.*expected 0 to 5"),
-    "not rectified": (cell(8, 2, "-0.01"), "line 8.*emg_triceps is -0.01.*Rectify"),
+    "not rectified": (cell(8, 2, "-0.11"), "line 8.*emg_triceps is -0.11.*Rectify"),
     "another rate": (every(first_cell(0.7)), "line 3.*time_s.*Resample"),
     "time in ms": (every(first_cell(1000)), "line 3.*time_s.*Resample"),
     "time goes back": (cell(8, 0, "0.01"), "line 8.*time_s goes from"),

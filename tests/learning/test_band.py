@@ -199,7 +199,9 @@ def test_the_stream_carries_the_band_and_says_once_that_the_training_range_is_le
     low, high = band_about(predicted.numpy(), checkpoint.band, 4)
     np.testing.assert_allclose(written["low_rad"], low[2], atol=1e-6)
     np.testing.assert_allclose(written["high_rad"], high[2], atol=1e-6)
+    table.loc[40, "emg_triceps"] = -0.07  # which counts as 0
     table.loc[50:60, "emg_biceps"] = 1.4
     again = predict(tmp_path / "scale-0.pt", table)
     assert "emg_biceps" not in result.stderr and again.stderr.count("emg_biceps is 1.4") == 1
+    assert "emg_triceps" not in again.stderr
     assert "line 52: emg_biceps is 1.4; in the training trials it went from" in again.stderr

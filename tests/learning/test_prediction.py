@@ -70,7 +70,13 @@ def test_emg_of_more_effort_than_any_training_trial_is_answered(checkpoint, tria
     assert np.isfinite([running.step(4 * sample, angle=0.5) for sample in trials.emg[2, :20]]).all()
 
 
-@pytest.mark.parametrize("value", [-0.01, 5.1, float("nan")])
+def test_what_a_filter_leaves_below_0_is_0_as_in_the_import(checkpoint, trials):
+    low, zero = Predictor(checkpoint), Predictor(checkpoint)
+    for biceps, _ in trials.emg[2, :20]:
+        np.testing.assert_array_equal(low.step([biceps, -0.02], angle=0.5), zero.step([biceps, 0.0], angle=0.5))
+
+
+@pytest.mark.parametrize("value", [-0.2, 5.1, float("nan")])
 def test_emg_that_is_not_normalised_is_refused_and_does_not_count(checkpoint, trials, value):
     spoilt, clean = Predictor(checkpoint), Predictor(checkpoint)
     for i, sample in enumerate(trials.emg[2, :20]):

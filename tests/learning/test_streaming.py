@@ -354,7 +354,7 @@ FAULTS = {
         with_biceps("5.1"),
         ["line 11", "emg_biceps is 5.1", "expected 0 to 5", "maximum voluntary contraction"],
     ),
-    "not rectified": (with_biceps("-0.01"), ["line 11", "emg_biceps is -0.01", "expected 0 to 5", "Rectify"]),
+    "not rectified": (with_biceps("-0.2"), ["line 11", "emg_biceps is -0.2", "expected 0 to 5", "Rectify"]),
     "another rate": (lambda t: t.assign(time_s=t["time_s"] / 1.5), ["line 3", "time_s", "Resample"]),
     "time in ms": (lambda t: t.assign(time_s=t["time_s"] * 1000), ["line 3", "time_s", "Resample"]),
     "time goes back": (with_line(9, lambda x: x.replace(x.split(",")[2], "0.01")), ["line 9", "time_s goes from"]),

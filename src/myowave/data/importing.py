@@ -15,7 +15,7 @@ import numpy as np
 
 from myowave.data.checks.finding import report
 from myowave.data.checks.session import find_faults
-from myowave.data.checks.values import beyond_tables, value_problems
+from myowave.data.checks.values import beyond_tables, has_sign, value_problems
 from myowave.data.problems import say_once
 from myowave.data.processing.excitation import Known, RealTime, envelope, known_from
 from myowave.data.processing.filters import HIGHEST
@@ -31,7 +31,6 @@ _NO_EMG = (
     "one: leave the channel out, or correct it."
 )
 SHORTEST = 50  # fewest samples of a trial [-]; training needs windows, diagnosis degrees of freedom
-UNDERSHOOT = 0.1  # of an envelope below 0, as a share of its largest value, that a filter leaves [-]
 Dataset = MeasuredDataset | RecordedDataset
 # Settings by which no signal is read, and what is added with a trial.
 _BESIDE = {"about", "arm", "identify", "scatter", "changed", "test", "constants", "conditions", "ignore_columns"}
@@ -107,7 +106,7 @@ def prepare(dataset: str, settings: Dataset, session: Session) -> Prepared:
     _refuse(dataset, [f"{channel}: {_NO_EMG}" for channel, gain in gains.items() if not gain > 0])
     for name, one in recordings.items():
         # Splines undershoot a little, as the filters of whoever prepared fractions do.
-        kept = {c: forms[c] == "fraction" and e.min() < -UNDERSHOOT * e.max() for c, e in one.emg.items()}
+        kept = {c: forms[c] == "fraction" and has_sign(e.min(), e.max()) for c, e in one.emg.items()}
         emg = {c: (e if kept[c] else np.maximum(e, 0.0)) / gains[c] for c, e in one.emg.items()}
         recordings[name] = replace(one, emg=emg)
     # Of a maximum contraction EMG cannot be far above 1; where the training trials count, a test trial may be.
@@ -141,7 +140,7 @@ def _emg_problems(
     corner = max(processing.low_pass_hz, processing.band_pass_hz[0] if processing.band_pass_hz else 0.0)
     for channel, form in forms.items():
         each = {name: emg[channel] for name, emg in recorded.items()}
-        below = {n: one.values for n, one in each.items() if one.values.min() < -UNDERSHOOT * one.values.max()}
+        below = {n: one.values for n, one in each.items() if has_sign(one.values.min(), one.values.max())}
         if form == "envelope" and below:
             share = np.mean(np.concatenate([*below.values()]) < 0)
             yield (

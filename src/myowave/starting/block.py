@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import yaml
 
 from myowave.data.checks.signals import RATE_TOLERANCE, RAW
-from myowave.data.importing import UNDERSHOOT
+from myowave.data.checks.values import has_sign
 from myowave.data.processing.units import PERCENT, TO_MICROVOLTS
 from myowave.data.readers import ENDINGS, ending_of
 from myowave.data.readers.delimited import timed_in
@@ -45,7 +45,7 @@ def dataset_block(folder: Path, recorded: Recorded, *, machine: bool = False) ->
     motor."""
     names, patterns = [one.signal.name for one in recorded.signals], recorded.naming.patterns
     emg = [one for one in recorded.signals if one.signal.name.startswith(EMG_PREFIX)]
-    raw = any(one.unit in TO_MICROVOLTS or one.span[0] < -UNDERSHOOT * one.span[1] for one in emg)
+    raw = any(one.unit in TO_MICROVOLTS or has_sign(*one.span) for one in emg)
     timed = recorded.signals[0].signal.time is not None
     single = len(patterns) == 1 and patterns[0].endswith(TIDY_ENDINGS)
     tidy = bool(single and emg and not raw and timed and {*names} & {*ANGLES})

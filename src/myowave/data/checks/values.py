@@ -18,12 +18,18 @@ from myowave.settings import PathTable
 EMG_LIMIT = 1.5  # largest EMG taken as a fraction of a maximum contraction [-]; more was not normalised
 UNSEEN_LIMIT = 5.0
 """The same of a trial held out, or of a stream: light loads may train and a heavy one test; percent would be more."""
+UNDERSHOOT = 0.1  # of rectified EMG below 0, as a share of its largest value, that filters and splines leave [-]
 PERCENT_LIMIT = 200.0  # largest EMG that is in percent [-]
 HALF_TURN_DEG = 180.0
 STILL = 5e-5
 """An angle [deg] or a torque [N m] that stays within this was not measured: an arm trembles even where it holds
 still, and filters leave no more of a constant."""
 TORQUE_LIMIT = 300.0  # largest torque about an elbow [N m]; more is in another unit
+
+
+def has_sign(lowest: float, largest: float) -> bool:
+    """Whether EMG with these values goes farther below 0 than rectified EMG does, of which such samples count as 0."""
+    return lowest < -UNDERSHOOT * largest
 
 
 def value_problems(

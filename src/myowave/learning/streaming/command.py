@@ -68,7 +68,7 @@ def predict_lines(
         told = [known[name] for name in inputs]
         angles = predictor.step(sample.emg, told, given, sample.where)
         angle, spread = float(angles.mean()), float(angles.std())
-        watch([*sample.emg, *told], angle, sample.where)
+        watch([*np.maximum(sample.emg, 0.0), *told], angle, sample.where)
         numbers = {"angle": f"{scale * angle:.9g}"}
         if len(angles) > 1:
             numbers["spread"] = f"{scale * spread:.3g}"

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import torch
 
-from myowave.data.checks.values import UNSEEN_LIMIT
+from myowave.data.checks.values import UNSEEN_LIMIT, has_sign
 from myowave.learning.checkpoint import Checkpoint
 from myowave.learning.prediction import FreeRun, drive
 
@@ -46,7 +46,7 @@ class Predictor:
         """
         network = self._network
         self._check(emg, where or f"sample {self._count + 1}")
-        self._inputs.append([*emg, *known])
+        self._inputs.append([*(max(value, 0.0) for value in emg), *known])  # as the import has it
         self._count += 1
         inputs = torch.tensor([[*self._inputs]], dtype=torch.float64)
         x = network.encode_inputs(inputs, self.checkpoint.dt, self._count - len(self._inputs))[:, -1:]
@@ -60,8 +60,9 @@ class Predictor:
         return np.full(network.seeds, angle)
 
     def _check(self, emg: Sequence[float], where: str) -> None:
-        for name, value in zip(self.checkpoint.channels, emg, strict=True):
-            if not 0 <= value <= UNSEEN_LIMIT:
+        largest = self.checkpoint.seen.high[: len(self.checkpoint.channels)]
+        for name, value, high in zip(self.checkpoint.channels, emg, largest, strict=True):
+            if has_sign(value, high) or not value <= UNSEEN_LIMIT:
                 raise ValueError(
                     f"{where}: {name} is {value:g}, expected 0 to {UNSEEN_LIMIT:g}. Rectify and smooth the EMG, and "
                     "divide it by its value at maximum voluntary contraction, as was done for the training."
