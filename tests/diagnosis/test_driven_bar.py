@@ -1,5 +1,7 @@
 """A bar that a motor drives, its torque recorded with noise, which moved nothing."""
 
+import re
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -7,13 +9,19 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from myowave.data.trials import MOTOR, Trials
+from myowave.diagnosis.comparison.baselines import EMG_ONLY, MOTOR_ONLY, POSTURE
+from myowave.diagnosis.comparison.horizons import Restarts, baselines
+from myowave.diagnosis.comparison.torque import compare_torque
 from myowave.diagnosis.likelihood.hypothesis import Hypothesis, settle
 from myowave.diagnosis.likelihood.sensor import Sensor
 from myowave.diagnosis.likelihood.waves import View
+from myowave.diagnosis.report.facts import fitting, parameters_of
+from myowave.diagnosis.report.templates import described
 from myowave.diagnosis.search.answer import answer_of
 from myowave.diagnosis.search.diagnose import _proposals
 from myowave.diagnosis.search.weigh import _looked_filtered, weigh_models
-from myowave.identification.free_parameters import free_parameters
+from myowave.identification.along import Along
+from myowave.identification.free_parameters import bind_values, free_parameters
 from myowave.identification.record import make_record
 from myowave.identification.stages import fit_in_stages
 from myowave.physics.joint import STANDARD_GRAVITY
@@ -88,3 +96,25 @@ def test_no_trial_of_muscles_is_proposed_for_a_machine(effects):
     ladder = SimpleNamespace(fit=fit, fits=[fit])
     verdict = SimpleNamespace(ladder=ladder, named=(("joint_damping", "quadratic_drag"),), maybe=("joint_damping",))
     assert _proposals(verdict, effects) == {}
+
+
+def test_what_is_compared_with_a_bar_sees_its_motor_and_no_emg():
+    fit = fitted(driven(damping=0.0, noise=0.0))
+    along = Along(fit.model, fit.record, bind_values(fit.free, fit.values))
+    r2 = compare_torque([along]).groupby("model")["r2"].min()
+    assert r2[MOTOR_ONLY] > 0.99 > r2[POSTURE] and EMG_ONLY not in r2
+    ahead = baselines(fit.record, Restarts.every(fit.record, 0.25))
+    assert MOTOR_ONLY in ahead and EMG_ONLY not in ahead
+    swinging = replace(fit.record, course=None)
+    assert not {MOTOR_ONLY, EMG_ONLY} & {*baselines(swinging, Restarts.every(swinging, 0.25))}
+
+
+def test_a_machine_is_told_of_in_its_own_words(effects):
+    """Titles of effects and meanings of constants speak of an arm."""
+    fit = fitted(driven(damping=0.0, noise=0.0))
+    machine = [name for name, effect in effects.items() if not effect.needs_muscles]
+    words = [fitting(effects[name].title, fit.model) for name in machine]
+    words += [of["meaning"] for of in parameters_of(fit, {name.name: (1.0, 0.1) for name in fit.free}).values()]
+    assert not re.search(r"EMG|muscle|hand|elbow|\barm|forearm|flexing", " ".join(words)), words
+    assert "a load that nobody noted" in words and "moment of inertia about the joint" in words
+    assert described("base+hand_load", {"base": "model", "hand_load": words[0]}) == f"model with {words[0]}"

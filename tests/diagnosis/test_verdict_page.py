@@ -430,10 +430,11 @@ def test_where_nothing_was_hidden_the_page_says_what_the_verdict_made_of_it(kind
 
 
 def test_nobody_is_told_to_curl_a_machine_that_the_model_does_not_follow(facts):
-    r2 = {"base": -3.0, "posture and speed": 0.8, "EMG without physics": 0.8}
+    r2 = {"base": -3.0, "posture and speed": 0.8, "motor without physics": 0.9}
     told = tell(facts(follows=False, horizon_s=0.5, model="base", electrodes=[], torque={"held_out": True, "r2": r2}))
     said = " ".join(told[part] for part in ("headline", "lead", "torque", "todo", "plan"))
     assert not told["session"] and not re.search("EMG|muscle|hand", said), said
+    assert "alone 0.80; motor without physics 0.90." in told["torque"]
     assert "the model explains R² -3" in told["torque"] and told["headline"].startswith("The model does not follow")
 
 
@@ -516,7 +517,7 @@ def test_an_effect_has_the_evidence_given_the_rest_of_the_model_that_was_found(v
 
 
 def test_the_model_to_start_from_is_told(story):
-    assert "is the model to start from: the published muscles and joint" in write_page(story)
+    assert "is the one to start from: the arm as the settings have it" in write_page(story)
 
 
 def test_text_from_data_is_escaped(story):

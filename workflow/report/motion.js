@@ -49,7 +49,7 @@
   const plots = [];
   const [angles, left] = numbers();
   const legend = {mount: (u, table) => box.querySelector(".values").append(table)};  // what stands at the cursor
-  plots.push(new uPlot({...shared, hooks, legend, scales: {x: {time: false}, y: {range: near}}, width: width(), height: 300, axes: axes("elbow angle [deg]", ""),
+  plots.push(new uPlot({...shared, hooks, legend, scales: {x: {time: false}, y: {range: near}}, width: width(), height: 300, axes: axes("angle [deg]", ""),
     series: [seconds, {label: "measured", stroke: MEASURED, width: 2.4, points: {show: false}, value: (u, v) => text(v)}, ...lines]},
     angles, box.querySelector(".angles")));
   plots.push(new uPlot({...shared, hooks, scales: {x: {time: false}, y: {range: around}}, width: width(), height: 190, legend: {show: false},

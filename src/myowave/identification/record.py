@@ -65,6 +65,13 @@ class Record:
     course: Tensor | None = None
 
     @property
+    def motor(self) -> Tensor | None:
+        """Torque of the motor with the joint at rest as recorded [N m], (T, N); None where none was."""
+        if self.course is None or "motor" not in self.known:
+            return None
+        return self.known["motor"][:, None] + self.course[..., OVER_TIME.index("motor")]
+
+    @property
     def misfit(self) -> float:
         """Standard deviation of what no constants explain, noise and what a model misses [rad]."""
         return float(np.hypot(self.noise, self.missed))

@@ -9,7 +9,7 @@ import torch
 
 from myowave.data.trials import Trials
 from myowave.diagnosis.comparison.baselines import EMG_ONLY, HOLD, POSTURE, SAME_SPEED
-from myowave.diagnosis.comparison.horizons import HORIZONS_S, Restarts, baselines, compare_horizons, emg_features
+from myowave.diagnosis.comparison.horizons import HORIZONS_S, Restarts, baselines, compare_horizons, drive_features
 from myowave.diagnosis.comparison.summary import summarize
 from myowave.diagnosis.comparison.torque import compare_torque
 from myowave.identification.along import Along
@@ -171,10 +171,10 @@ def test_a_change_of_the_held_out_trial_changes_no_baseline(make_trials, base):
             assert same[~held_out].all() and not same[held_out].all()
 
 
-def test_emg_features_are_the_means_of_four_windows_up_to_the_horizon(base):
+def test_drive_features_are_the_means_of_four_windows_up_to_the_horizon(base):
     record = make_record(moved_steadily(0.2), base, 0.05)
     restarts = Restarts(np.array([0]), np.array([60]))
-    found = emg_features(record, restarts, 30)[0, -8:].reshape(4, 2)
+    found = drive_features(record, record.emg.numpy(), restarts, 30)[0, -8:].reshape(4, 2)
     emg = record.emg[0].numpy()
     expected = [emg[51 + 10 * i : 61 + 10 * i].mean(0) for i in range(4)]  # from 0.2 s before sample 60 to sample 90
     np.testing.assert_allclose(found, expected)

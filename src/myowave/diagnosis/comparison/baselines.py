@@ -8,10 +8,11 @@ from myowave.data.trials import Array
 POSTURE = "posture and speed"
 POSTURE_LOAD = "posture, speed and load"
 EMG_ONLY = "EMG without physics"
+MOTOR_ONLY = "motor without physics"
 HOLD = "hold the angle"
 SAME_SPEED = "go on at the same speed"
 NOISE = "noise of the angle"
-HORIZON_BASELINES = (HOLD, SAME_SPEED, POSTURE, EMG_ONLY)
+HORIZON_BASELINES = (HOLD, SAME_SPEED, POSTURE, EMG_ONLY, MOTOR_ONLY)
 DEGREE = 3
 
 

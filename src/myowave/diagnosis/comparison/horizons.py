@@ -15,7 +15,15 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from myowave.data.trials import Array
-from myowave.diagnosis.comparison.baselines import EMG_ONLY, HOLD, POSTURE, SAME_SPEED, fit_linear, polynomial
+from myowave.diagnosis.comparison.baselines import (
+    EMG_ONLY,
+    HOLD,
+    MOTOR_ONLY,
+    POSTURE,
+    SAME_SPEED,
+    fit_linear,
+    polynomial,
+)
 from myowave.identification.along import Along, Index
 from myowave.identification.record import Record
 
@@ -59,7 +67,8 @@ def compare_horizons(models: list[Along], errors: pd.DataFrame) -> pd.DataFrame:
     - `hold the angle`: q(t + h) = q(t);
     - `go on at the same speed`: q(t) + h qdot(t);
     - `posture and speed`: q(t + h) - q(t) as a polynomial of degree 3 in q(t) and qdot(t), one for each horizon;
-    - `EMG without physics`: the same plus the means of the EMG in four equal windows from 0.2 s before t to t + h.
+    - `EMG without physics`: the same plus the means of the EMG in four equal windows from 0.2 s before t to t + h, or
+      `motor without physics`: those of the recorded torque of a motor; neither where nothing drives the arm.
     The last two are least squares over all samples of the training trials only, and all see the same smoothed state.
 
     The last horizon (inf) is free running over whole trials, from the table `errors` of a diagnosis where its horizon_s
@@ -87,16 +96,20 @@ def baselines(record: Record, restarts: Restarts) -> dict[str, dict[float, Array
     """What a model should beat: {predictor: {horizon: angle (R,)}} [rad]."""
     every = Restarts.every(record, record.dt)
     q, qdot = _state(record, restarts)
-    found: dict[str, dict[float, Array]] = {HOLD: {}, SAME_SPEED: {}, POSTURE: {}, EMG_ONLY: {}}
+    found: dict[str, dict[float, Array]] = {}
+    drives = {EMG_ONLY: record.emg.numpy().clip(min=0.0)} if record.emg.shape[-1] else {}
+    if record.motor is not None:
+        drives[MOTOR_ONLY] = record.motor[..., None].numpy()
     for horizon, steps in _steps(record).items():
-        found[HOLD][horizon] = q
-        found[SAME_SPEED][horizon] = q + steps * record.dt * qdot
+        found.setdefault(HOLD, {})[horizon] = q
+        found.setdefault(SAME_SPEED, {})[horizon] = q + steps * record.dt * qdot
         training = record.training[every.trial] & every.reach(record, steps)
         change = every.target(record, steps) - _state(record, every)[0]
         seen = {POSTURE: [polynomial(*_state(record, some)) for some in (restarts, every)]}
-        seen[EMG_ONLY] = [emg_features(record, some, steps) for some in (restarts, every)]
+        for name, drive in drives.items():
+            seen[name] = [drive_features(record, drive, some, steps) for some in (restarts, every)]
         for name, (features, fitted) in seen.items():
-            found[name][horizon] = q + features @ fit_linear(fitted, change, training)
+            found.setdefault(name, {})[horizon] = q + features @ fit_linear(fitted, change, training)
     return found
 
 
@@ -105,13 +118,12 @@ def _steps(record: Record) -> dict[float, int]:
     return {horizon: max(1, round(horizon / record.dt)) for horizon in HORIZONS_S}
 
 
-def emg_features(record: Record, restarts: Restarts, steps: int) -> Array:
-    """Polynomial of degree 3 in angle and velocity at the restart, and the mean EMG of every muscle in equal windows up
-    to the horizon, (R, 10 + 4 M)."""
-    emg = record.emg.numpy().clip(min=0.0)
-    summed = np.concatenate([np.zeros_like(emg[:, :1]), np.cumsum(emg, axis=1)], axis=1)
+def drive_features(record: Record, drive: Array, restarts: Restarts, steps: int) -> Array:
+    """Polynomial of degree 3 in angle and velocity at the restart, and means of what drives the arm (T, N, M), EMG of
+    every muscle or a motor's torque, in equal windows up to the horizon, (R, 10 + 4 M)."""
+    summed = np.concatenate([np.zeros_like(drive[:, :1]), np.cumsum(drive, axis=1)], axis=1)
     edges = np.linspace(-round(EMG_PAST_S / record.dt), steps, EMG_WINDOWS + 1).round().astype(int)
-    at = (restarts.start[:, None] + edges + 1).clip(0, emg.shape[1])
+    at = (restarts.start[:, None] + edges + 1).clip(0, drive.shape[1])
     sums = np.diff(summed[restarts.trial[:, None], at], axis=1)
     means = sums / np.diff(at, axis=1).clip(min=1)[..., None]
     return np.concatenate([polynomial(*_state(record, restarts)), *means.swapaxes(0, 1)], -1)

@@ -11,9 +11,18 @@ import pandas as pd
 import torch
 
 from myowave.data.trials import Array
-from myowave.diagnosis.comparison.baselines import EMG_ONLY, NOISE, POSTURE, POSTURE_LOAD, fit_linear, polynomial
+from myowave.diagnosis.comparison.baselines import (
+    EMG_ONLY,
+    MOTOR_ONLY,
+    NOISE,
+    POSTURE,
+    POSTURE_LOAD,
+    fit_linear,
+    polynomial,
+)
 from myowave.identification.along import Along
 from myowave.identification.torque import TorqueBalance, windows_of
+from myowave.physics.simulation import between_samples
 
 COLUMNS = ["model", "trial", "held_out", "rmse_Nm", "r2"]
 OVERFLOWN_NM = 1e9  # a torque beyond this is none
@@ -28,7 +37,8 @@ def compare_torque(models: list[Along]) -> pd.DataFrame:
     - `posture, speed and load`: the same with each coefficient linear in the load in the hand, where training trials
       with different loads are known;
     - `EMG without physics`: posture and speed, and such a polynomial times the delayed activation of each electrode:
-      muscles of any shape that remember nothing;
+      muscles of any shape that remember nothing; none without electrodes;
+    - `motor without physics`: the same with the recorded torque of a motor, where there is one;
     - `noise of the angle`: what noise of that size does to the needed torque. A model that is right is as good, and
       better only where the noise is known as an upper bound.
     All but the last are least squares over the windows of the training trials only.
@@ -53,8 +63,12 @@ def compare_torque(models: list[Along]) -> pd.DataFrame:
     _, activation = first.simulation.activate(balance.position)
     # ASSUME: muscles that share an electrode are active alike; the first of them counts.
     places = [first.model.muscles.index(m) for m in first.model.leading.values()]
-    by_electrode = activation.expand(len(record.names), -1, -1, -1)[..., places, None]
-    rivals[EMG_ONLY] = balance.mean(torch.cat([smooth, (by_electrode * smooth[..., None, :]).flatten(-2)], -1))
+    drives = {EMG_ONLY: activation.expand(len(record.names), -1, -1, -1)[..., places]} if places else {}
+    if record.motor is not None:
+        drives[MOTOR_ONLY] = between_samples(record.motor[..., None], balance.position)
+    for name, drive in drives.items():
+        driven = (drive[..., None] * smooth[..., None, :]).flatten(-2)
+        rivals[name] = balance.mean(torch.cat([smooth, driven], -1))
     for name, features in rivals.items():
         rows += score(name, needed, features @ fit_linear(features, needed, training), balance)
     # ASSUME: noise reaches the needed torque through the acceleration; angle and velocity are smooth beside it.

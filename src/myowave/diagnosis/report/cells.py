@@ -85,15 +85,18 @@ def ranking_cells(rows: pd.DataFrame, verdict: Mapping[str, Any]) -> pd.DataFram
     return cells.loc[:, (cells != "").any()]
 
 
-def parameter_cells(parameters: pd.DataFrame, *, models: bool = False) -> pd.DataFrame:
-    """Estimated parameters by what they mean, of several `models` and networks if these are to be named; true values
-    where they are known."""
+def parameter_cells(parameters: pd.DataFrame, titles: Mapping[str, str] | None = None) -> pd.DataFrame:
+    """Estimated parameters by what they mean; of several models and networks with `titles`, by which these are named;
+    true values where they are known."""
     scatter = parameters["scatter"].mask(parameters["scatter"] <= NOTHING * parameters["value"].abs(), 0.0)
-    of = {"model": parameters["model"], "from": parameters["source"].replace(PHYSICS, "muscle model")}
+    of = {}
+    if titles is not None:
+        source = parameters["source"].replace(PHYSICS, described("base", titles))
+        of = {"model": parameters["model"], "from": source}
     cells = pd.DataFrame(
         {
             "parameter": [f"{of_muscles(r.meaning)} ({r.parameter})" for r in parameters.itertuples()],
-            **(of if models else {}),
+            **of,
             "value ± SE": [estimate(r.value, r.se, (r.low, r.high)) for r in parameters.itertuples()],
             "unit": parameters["unit"].fillna("").replace("-", ""),
             "scatter of seeds": scatter.map(number),

@@ -15,8 +15,12 @@ from myowave.identification.free_parameters import Free
 from myowave.identification.noise import BOUND, SMALLEST_NOISE_DEG
 from myowave.identification.output_error import Fit
 from myowave.physics.constants import CURVE, GROUP_CONSTANTS, constant_of
+from myowave.physics.model import Model
 
 LEAST = 0.01  # of probabilities that are told
+# What is said of an arm as it is said of a machine, in titles of effects and meanings of constants.
+OF_MACHINES = {" in the hand": "", "the hand": "it", "upper arm": "frame", "forearm": "link", "elbow": "joint"}
+OF_MACHINES |= {"EMG": "torque", "flexing positive": "positive as the angle"}
 AT_BOUND = 1e-3  # of the way between its bounds: nearer than this a value is at one
 
 
@@ -80,8 +84,8 @@ def verdict_facts(diagnosis: Diagnosis) -> dict[str, Any]:
         "formula": diagnosis.draft.formula,
         "failed": dict(diagnosis.failed),
         "noise_is_bound": diagnosis.noise_deg <= BOUND * SMALLEST_NOISE_DEG,
-        "titles": {c.name: c.effect.title for c in ladder.rankings[0]}
-        | {c: CAUSE_TITLES[c] for c in (EMG_NOISE, GAIN_PER_TRIAL)},
+        "titles": {c.name: fitting(c.effect.title, base.fit.model) for c in ladder.rankings[0]}
+        | ({c: CAUSE_TITLES[c] for c in (EMG_NOISE, GAIN_PER_TRIAL)} if base.fit.model.muscles else {"base": "model"}),
     }
 
 
@@ -108,13 +112,20 @@ def parameters_of(fit: Fit, estimate: Mapping[str, tuple[float, float]]) -> dict
             "expected": p.start if p.assumed else None,
             "deviation": number_or_none(p.deviation),
             "unit": (of_effects.get(p.name) or constant_of(p.name)).unit,
-            "meaning": of_effects[p.name].meaning if p.name in of_effects else _meaning(p.name),
+            "meaning": fitting(of_effects[p.name].meaning if p.name in of_effects else _meaning(p.name), fit.model),
             "low": p.low,
             "high": p.high,
             "at_bound": at_bound(p, ended),
         }
 
     return {p.name: told(p, float(value)) for p, value in zip(fit.free, fit.values, strict=True)}
+
+
+def fitting(text: str, model: Model) -> str:
+    """A text about an arm, of a machine where the model has no muscles."""
+    for of_arm, of_machine in () if model.muscles else OF_MACHINES.items():
+        text = text.replace(of_arm, of_machine)
+    return text
 
 
 def _meaning(constant: str) -> str:

@@ -16,7 +16,15 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from myowave.diagnosis.causes import SURE
-from myowave.diagnosis.comparison.baselines import EMG_ONLY, HOLD, NOISE, POSTURE, POSTURE_LOAD, SAME_SPEED
+from myowave.diagnosis.comparison.baselines import (
+    EMG_ONLY,
+    HOLD,
+    MOTOR_ONLY,
+    NOISE,
+    POSTURE,
+    POSTURE_LOAD,
+    SAME_SPEED,
+)
 from myowave.diagnosis.report.ladder import PHYSICS, PLAIN, of_networks
 from myowave.diagnosis.report.numbers import degrees, two_digits
 from myowave.diagnosis.report.tell import base_of, best_rival, noise, noise_with_emg
@@ -30,9 +38,9 @@ BASELINES = {
     HOLD: {"color": GREY, "linestyle": ":", "marker": "v", "markersize": 4.5},
     SAME_SPEED: {"color": PINK, "linestyle": ":", "marker": "^", "markersize": 4.5},
     POSTURE: {"color": ORANGE, "linestyle": "-.", "marker": "D", "markersize": 4.5},
-    EMG_ONLY: {"color": GREEN, "linestyle": "-.", "marker": "s", "markersize": 4.5},
+    **dict.fromkeys((EMG_ONLY, MOTOR_ONLY), {"color": GREEN, "linestyle": "-.", "marker": "s", "markersize": 4.5}),
 }
-RIVALS = (POSTURE, POSTURE_LOAD, EMG_ONLY)  # predictors to beat, in torque
+RIVALS = (POSTURE, POSTURE_LOAD, EMG_ONLY, MOTOR_ONLY)  # predictors to beat, in torque
 PARTS = {"training trials": (BLUE, "o", -0.13), "held-out trials": (MODEL, "s", 0.13)}  # colour, marker, place
 WINDOWS_A_CELL, MOST_CELLS = 5, 12  # the map is as fine as so many windows in a cell, on average, allow
 FEWEST = 3  # windows in a cell of the map
@@ -68,7 +76,9 @@ def draw_diagnosis(
     words = {model: described(model, titles) for model in {*verdict["rmse_deg"], *ladder["model"]}}
     explained, ahead = findings(verdict)
     return {
-        "glance": draw_glance(predictions[~predictions["model"].isin(others)], ends, verdict["horizon_s"]),
+        "glance": draw_glance(
+            predictions[~predictions["model"].isin(others)], ends, verdict["horizon_s"], words[model]
+        ),
         "torque": draw_torque(tables["torque"].replace(words), explained),
         "horizons": draw_horizons(tables["horizons"].replace(words), angle, of_networks(ladder), words[found], ahead),
         "missing_torque": draw_missing_torque(
@@ -76,13 +86,15 @@ def draw_diagnosis(
             {words[name]: rms for name, rms in verdict["missing_torque_Nm"].items() if rms is not None},
         ),
         "ranking": draw_ranking(tables["ranking"], titles),
-        "ladder": draw_ladder(fitted.replace(words), angle | of_emg, verdict["horizon_s"]),
+        "ladder": draw_ladder(fitted.replace(words), angle | of_emg, verdict["horizon_s"], words[model]),
     }
 
 
-def draw_glance(predictions: pd.DataFrame, physics: list[str], horizon_s: float | None) -> Figure:
+def draw_glance(
+    predictions: pd.DataFrame, physics: list[str], horizon_s: float | None, base: str = "muscle model"
+) -> Figure:
     """Measured and predicted angle of the first held-out trial, or of the first where none is held out; `physics` are
-    the models without a network, the one without effects first, which start again every `horizon_s`."""
+    the models without a network, the one without effects, called `base`, first, which start again every `horizon_s`."""
     held_out = predictions[predictions["role"] == "test"]
     rows = held_out if len(held_out) else predictions
     rows = rows[rows["trial"] == rows["trial"].iloc[0]]
@@ -90,7 +102,7 @@ def draw_glance(predictions: pd.DataFrame, physics: list[str], horizon_s: float 
     measured = rows[rows["model"] == rows["model"].iloc[0]]
     axis.plot(measured["time_s"], np.degrees(measured["angle_rad"]), color=MEASURED, linewidth=2.4, label="measured")
     again = "" if horizon_s is None else f",\nanew every {horizon_s:g} s"
-    labels = (f"muscle model{again}", "with what was found")
+    labels = (f"{base}{again}", "with what was found")
     shown = dict(zip(physics, zip(labels, LOOKS, strict=True), strict=False))
     for model, one in rows.groupby("model", sort=False):
         label, look = shown.get(str(model), ("network", {"color": GREEN, "linestyle": "-."}))
@@ -165,7 +177,8 @@ def draw_horizons(
     for axis, held_out in zip(axes[0], parts, strict=True):
         rows = horizons[horizons["held_out"] == held_out]
         for name, look in (BASELINES | own).items():
-            line = rows[rows["predictor"] == name]
+            if (line := rows[rows["predictor"] == name]).empty:
+                continue
             overflows = " (overflows where there is no line)" * bool(np.isinf(line["rmse_deg"]).any())
             line = line[np.isfinite(line["rmse_deg"])]
             whole = np.isinf(line["horizon_s"])  # apart from the horizons
@@ -198,7 +211,7 @@ def draw_missing_torque(windows: pd.DataFrame, rms: Mapping[str, float] | None =
     figure, axes = canvas(1, len(models), width=4.2 * len(models) + 1.6, height=4.4, sharex=True, sharey=True)
     maps = []
     for axis, model in zip(axes[0], models, strict=True):
-        axis.set(xlabel="elbow angle [deg]", title=wrapped(model + misses.get(model, "")), facecolor="#e2e2e2")
+        axis.set(xlabel="angle [deg]", title=wrapped(model + misses.get(model, "")), facecolor="#e2e2e2")
         axis.grid(visible=False)
         rows = windows[windows["model"] == model]
         if len(rows):
@@ -212,7 +225,7 @@ def draw_missing_torque(windows: pd.DataFrame, rms: Mapping[str, float] | None =
         limit = max(1e-3, *(np.abs(np.ma.getdata(m.get_array())).max(initial=0.0) for m in maps))
         for m in maps:
             m.set_clim(-limit, limit)
-        figure.colorbar(maps[0], ax=axes, label="missing torque [N m]\n(positive: towards flexion)", shrink=0.9)
+        figure.colorbar(maps[0], ax=axes, label="missing torque [N m]\n(positive: turns the angle up)", shrink=0.9)
     return figure
 
 
@@ -244,9 +257,11 @@ def draw_ranking(ranking: pd.DataFrame, titles: Mapping[str, str]) -> Figure:
     return figure
 
 
-def draw_ladder(ladder: pd.DataFrame, levels: Mapping[str, float], horizon_s: float | None = None) -> Figure:
-    """Error against the effects added, with levels of noise [deg], see `draw_levels`; the muscle model is judged over
-    `horizon_s`, or over whole trials, as networks are."""
+def draw_ladder(
+    ladder: pd.DataFrame, levels: Mapping[str, float], horizon_s: float | None = None, base: str = "muscle model"
+) -> Figure:
+    """Error against the effects added, with levels of noise [deg], see `draw_levels`; the model, called `base`, is
+    judged over `horizon_s`, or over whole trials, as networks are."""
     over = "" if horizon_s is None else f" over {horizon_s:g} s"
     whole = "" if horizon_s is None else ", whole trials"
     models = list(ladder["model"].unique())
@@ -258,7 +273,7 @@ def draw_ladder(ladder: pd.DataFrame, levels: Mapping[str, float], horizon_s: fl
     ):
         for named, rows in physics.groupby("named"):
             look = {"linestyle": "none", "markerfacecolor": "white"} if named else {"linestyle": dashes}
-            label = f"muscle model{over}{' (named in targets.models)' if named else ''}, {name}"
+            label = f"{base}{over}{' (named in targets.models)' if named else ''}, {name}"
             error.plot(rows["model"].map(models.index), rows[column], color=color, marker=marker, label=label, **look)
     networks = ladder[ladder["source"] != PHYSICS].groupby("source", sort=False)
     for (color, marker), (source, rows) in zip(cycle(NETWORKS), networks, strict=False):

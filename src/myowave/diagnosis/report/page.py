@@ -57,7 +57,7 @@ def write_page(story: Story) -> str:
         "several": story.ladder["model"].nunique() > 1,
         "parameters": parameter_cells(story.parameters[of_found & ~assumed]),
         "assumed": parameter_cells(story.parameters[of_found & assumed]),
-        "others": parameter_cells(story.parameters[~of_found & ~assumed], models=True),
+        "others": parameter_cells(story.parameters[~of_found & ~assumed], verdict["titles"]),
         "files": FILES if story.files else (),
     }
     return fill("verdict.html.j2", verdict["titles"], content)

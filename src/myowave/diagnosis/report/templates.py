@@ -69,7 +69,7 @@ def described(model: str, titles: Mapping[str, str]) -> str:
     source, _, name = model.rpartition(", ")
     base, *effects = name.split("+")
     has = " with " * bool(effects) + listed([called(effect, titles) for effect in effects])
-    return (source or "muscle model") + has if base == "base" else model
+    return (source or titles.get("base", "muscle model")) + has if base == "base" else model
 
 
 def listed(parts: Sequence[str], before_last: str = " and ") -> str:
@@ -91,7 +91,7 @@ def with_unit(unit: str) -> str:
 def explained(text: str, titles: Mapping[str, str]) -> Markup:
     """A text as HTML: effects with their titles, terms with their meaning on hover, each where it first stands. Names
     within models, such as base+joint_damping, are left alone."""
-    names = "|".join(sorted(map(re.escape, titles), key=len, reverse=True)) or "$^"
+    names = "|".join(sorted(map(re.escape, {*titles} - {"base"}), key=len, reverse=True)) or "$^"
     glossary, written = words("glossary"), words("written")
     terms = "|".join(rf"(?P<t{i}>{written.get(term, term)})" for i, term in enumerate(glossary))
     pattern = rf"(?<![\w+./])(?:(?P<effect>{names})(?![\w+/]|\.\w)|(?:{terms})(?!\w))"
