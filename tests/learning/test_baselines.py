@@ -7,6 +7,7 @@ import pytest
 import torch
 
 from myowave.data.trials import Trials
+from myowave.identification.record import make_record
 from myowave.learning import baselines
 from myowave.learning.baselines import predict_baseline, score_baseline
 from myowave.learning.task import fresh_network
@@ -41,6 +42,26 @@ def test_a_baseline_learns_an_angle_that_follows_emg(late, model, kind, least):
 def test_hold_is_the_last_given_angle(late, model):
     held = predict_baseline(Baseline(kind="hold"), late, model, (0,))
     torch.testing.assert_close(held[0, 3, 4:], torch.full((146,), late.angle[3, 3], dtype=held.dtype))
+
+
+def test_a_test_trial_that_is_too_short_to_be_scored_is_named(late, model):
+    lengths = (150, 150, 150, 5)
+    parts = ([values[:n] for values, n in zip(of, lengths, strict=True)] for of in (late.emg, late.angle))
+    emg, angle = parts
+    short = Trials.from_sequences(
+        dataset="late", dt=0.04, names=late.names, channels=late.channels, emg=emg, angle=angle, test=("4",)
+    )
+    with pytest.raises(ValueError, match="test trial '4': 5 samples are too few to score.* the first 4 is given"):
+        score_baseline(Baseline(kind="hold"), short, model, (0,), name="rival")
+
+
+def test_where_all_trials_test_none_is_left_to_train(late, model):
+    with pytest.raises(
+        ValueError, match="dataset 'late': no trial is left to train or fit; name fewer of them as test"
+    ):
+        score_baseline(Baseline(kind="hold"), replace(late, test=late.names), model, (0,), name="rival")
+    with pytest.raises(ValueError, match="dataset 'late': no trial is left to train or fit"):
+        make_record(replace(late, test=late.names), model)
 
 
 def test_without_emg_a_baseline_or_network_is_refused(late, rollout):

@@ -111,8 +111,9 @@ class Trials:
         return [positions[name] for name in names]
 
     def select(self, names: Iterable[str]) -> Trials:
-        """The named trials, in the order asked for, cut to the longest of them."""
-        names = tuple(names)
+        """The named trials, in the order asked for, cut to the longest of them; a ValueError for none."""
+        if not (names := tuple(names)):
+            raise ValueError(f"dataset {self.dataset!r}: no trial is left to train or fit; name fewer of them as test.")
         index = self.index(names)
         lengths = tuple(self.lengths[i] for i in index)
         samples = slice(max(lengths))

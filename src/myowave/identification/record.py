@@ -232,7 +232,8 @@ def make_record(trials: Trials, model: Model, noise_deg: float | None = None) ->
     """
     # ASSUME: noise behind a causal low-pass is like that behind one of phase zero with the same corner.
     corner = trials.emg_low_pass_hz
-    recorded = [trials.angle[i, : trials.lengths[i]] for i in trials.index(trials.train)]
+    train = trials.select(trials.train)
+    recorded = [angle[:length] for angle, length in zip(train.angle, train.lengths, strict=True)]
     noise = noise_of(recorded, noise_deg)
     course = [trials.change_over_time(name) for name in OVER_TIME]
     still = np.zeros_like(trials.angle)

@@ -72,8 +72,16 @@ def score_trials(trials: Trials, predicted: Tensor, given: int) -> dict[str, lis
 
 
 def tested(trials: Trials, given: int) -> list[tuple[int, slice]]:
-    """The samples that are scored, by place of their trial: all of the test trials but the first `given`."""
-    return [(t, slice(given, trials.lengths[t])) for t in trials.index(trials.test)]
+    """The samples that are scored, by place of their trial: all of the test trials but the first `given`. A ValueError
+    for a trial that has no two of them."""
+    ends = [(t, slice(given, trials.lengths[t])) for t in trials.index(trials.test)]
+    for t, end in ends:
+        if end.stop < given + 2:
+            raise ValueError(
+                f"dataset {trials.dataset!r}, test trial {trials.names[t]!r}: {end.stop} samples are too few "
+                f"to score, as the angle of the first {given} is given. Use a longer trial, or lower history_steps."
+            )
+    return ends
 
 
 def _band_and_range(checkpoint: Checkpoint, trials: Trials, predicted: Tensor) -> dict[str, float]:

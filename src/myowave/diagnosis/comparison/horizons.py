@@ -27,7 +27,7 @@ from myowave.diagnosis.comparison.baselines import (
 from myowave.identification.along import Along, Index
 from myowave.identification.record import Record
 
-# ASSUME: the state at a restart is the smoothed measured one; it looks 0.175 s ahead, for all predictors alike.
+# ASSUME: the state at a restart is the smoothed measured one; it looks at most 0.175 s ahead, for all predictors alike.
 HORIZONS_S = (0.1, 0.2, 0.5, 1.0, 2.0)
 WHOLE_TRIAL_S = np.inf  # stands for free running over the whole trial
 RESTART_S = 0.25
