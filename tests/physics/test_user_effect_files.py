@@ -37,6 +37,14 @@ def test_a_users_effect_is_used_like_one_that_ships(tmp_path, elbow, noisy_emg, 
     assert held.q[0, -20:].mean() < free.q[0, -20:].mean() - 0.01
 
 
+def test_an_effect_that_raises_later_is_named_with_its_file(tmp_path, elbow, noisy_emg, dt):
+    """Where a fit gets to, the trial on a small elbow never was."""
+    path = write(tmp_path / "spring.py", result="-k * q**3 if q.abs().max() < 9 else int('far')")
+    model = parse_model("base+hardening_spring", elbow, catalogue([path]))
+    with pytest.raises(ValueError, match=r"spring.py: effect 'hardening_spring' raised ValueError: invalid literal"):
+        simulate(Simulation(model, {"hardening_spring.k": 2.0}, noisy_emg[0.10][:1, :80], dt), 9.5)
+
+
 def test_a_file_may_hold_several_effects(tmp_path):
     path = write(tmp_path / "two.py")
     other = TEMPLATE.format(name="other", stage="joint", arguments="qdot, *, k", result="-k * qdot", low="0.0")

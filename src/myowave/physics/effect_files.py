@@ -50,7 +50,7 @@ def load_effects(path: str | Path) -> list[Effect]:
             check_effect(effect)
         except ValueError as error:
             raise ValueError(f"{path}: {error}") from error
-    return effects
+    return [_signed(effect, path) for effect in effects]
 
 
 def _run(path: Path) -> dict[str, object]:
@@ -145,6 +145,34 @@ def check_effect(effect: Effect) -> None:
         )
 
 
+def _wrapped(effect: Effect, wrap: Callable[[Callable[..., Any]], Callable[..., Any]]) -> Effect:
+    """The effect with each of its functions wrapped."""
+    optional: dict[str, Any] = {name: wrap(f) for name in ("relaxation", "initial") if (f := getattr(effect, name))}
+    return replace(effect, function=wrap(effect.function), **optional)
+
+
+def _signed(effect: Effect, path: Path) -> Effect:
+    """The effect with functions that, where they raise in a fit, are named with the file that they are in."""
+
+    def signed(function: Callable[..., Any]) -> Callable[..., Any]:
+        @functools.wraps(function)
+        def call(*at: Any, **given: Any) -> Any:
+            try:
+                return function(*at, **given)
+            except torch.linalg.LinAlgError:  # type: ignore[attr-defined]  # a fit goes on without it
+                raise
+            except Exception as error:
+                raise ValueError(
+                    f"{path}: effect {effect.name!r} raised {type(error).__name__}: {error}. It has to return a value "
+                    "for all angles, speeds and parameters that a fit may try; correct it, or leave the file out of "
+                    "physics.effect_files."
+                ) from error
+
+        return call
+
+    return _wrapped(effect, signed)
+
+
 def _watched(effect: Effect) -> Effect:
     """The effect with functions that may not change their arguments."""
 
@@ -163,10 +191,7 @@ def _watched(effect: Effect) -> Effect:
 
         return call
 
-    optional: dict[str, Any] = {
-        name: f and watched(f) for name in ("relaxation", "initial") if (f := getattr(effect, name))
-    }
-    return replace(effect, function=watched(effect.function), **optional)
+    return _wrapped(effect, watched)
 
 
 def _corners(effect: Effect, model: Model) -> list[Mapping[str, float]]:
