@@ -467,6 +467,14 @@ def test_an_arm_of_other_settings_is_taken_with_its_groups(workplace):
     assert "there is no 'thin'" in new("curls", arm="thin").said
 
 
+@pytest.mark.parametrize("name", ["goniometer", "Gonio", "flexion"])
+def test_what_the_field_calls_an_angle_is_found(workplace, name):
+    for trial in ("curl1", "curl2"):
+        columns = {"time_s": times(), "biceps": np.abs(np.sin(times())), name: 40 + 30 * np.sin(times())}
+        table(workplace / "raw" / f"{trial}.csv", columns)
+    assert yaml.safe_load(new("raw").text)["data"]["datasets"]["mine"]["angle"]["column"] == name
+
+
 def test_a_machine_has_no_emg_and_a_motor_where_a_column_is_a_torque(workplace):
     Path("rig.yaml").write_text(
         yaml.safe_dump({"physics": {"arms": {"rig": {"muscles": {}, "joint": {"mass_kg": 0.8, "length_m": 0.3}}}}})

@@ -21,6 +21,7 @@ from myowave.starting.files import Naming, format_of, ways_to_name
 # By what their names have in them.
 MUSCLES = {"brachiorad": "brachioradialis", **{m: m for m in ("biceps", "triceps", "brachialis", "anconeus")}}
 MUSCLES |= {"bizeps": "biceps", "trizeps": "triceps"}
+ANGLE_WORDS = ("angle", "elbow", "flexion", "gonio", "winkel", "ellbogen")
 # The biceps and triceps that are not the arm's.
 LEG = re.compile(r"femoris|surae|bi[cz]eps[\W_]*fem(?!ale)|tri[cz]eps[\W_]*sur(?![a-z])")
 _TRIED = 6  # ways to name trials whose files are read
@@ -99,7 +100,7 @@ class Recorded:
     def angles(self) -> list[Found]:
         """What may be the elbow's angle: of those in rad or deg, or that speak of one, those that name the elbow."""
         others = [one for one in self.signals if one not in self.emg]
-        likely = [one for one in others if one.may_be(TO_RADIANS, one.says("angle", "elbow", "winkel", "ellbogen"))]
+        likely = [one for one in others if one.may_be(TO_RADIANS, one.says(*ANGLE_WORDS))]
         named = [one for one in likely if "elbow" in one.signal.name.lower()]
         return named or [one for one in likely if one.says("elbow")] or likely
 
