@@ -268,6 +268,11 @@ def test_without_a_model_all_trials_must_still_have_the_same_channels(folder):
     refuse(folder, "trial2.csv: column 'emg_triceps' is not there", channels=None)
 
 
+def test_a_file_that_office_has_open_is_no_second_trial(folder):
+    (folder / "~$trial1.csv").write_bytes(b"\x07Someone" + bytes(100))
+    assert load(folder, files=("*.csv",)).names == ("trial1", "trial2", "trial3")
+
+
 def test_all_problems_of_all_files_are_told_at_once(folder):
     spoil(folder, set_cell("emg_biceps", 17, "n/a"), "trial1")
     spoil(folder, lambda frame: frame.assign(angle_rad=90.0, emg_biceps=-1.0), "trial2")

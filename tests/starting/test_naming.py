@@ -76,7 +76,7 @@ def test_a_folder_without_recordings_is_told_what_was_expected(tmp_path):
 
 
 def test_hidden_files_are_no_recordings(tmp_path):
-    for name in (".hidden.csv", ".git/a.csv", "b.csv"):
+    for name in (".hidden.csv", ".git/a.csv", "~$b.csv", "b.csv"):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).touch()
     assert recordings_in(tmp_path) == [PurePosixPath("b.csv")]

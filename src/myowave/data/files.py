@@ -69,8 +69,10 @@ def name_trials(paths: Sequence[Path], endings: Collection[str]) -> dict[str, Pa
 
 def look_up(pattern: str) -> list[Path]:
     """Files that a path or pattern stands for, in natural order (trial2 before trial10), hidden ones only where it says
-    so. A ValueError if there is none, or one is a link to nothing, a pipe, a device or far too large."""
-    matches = [Path(name) for name in sorted(glob(pattern, recursive=True), key=natural)]
+    so, and `~$` files, by which Office says that it has one open, never. A ValueError if there is none, or one is a
+    link to nothing, a pipe, a device or far too large."""
+    found = (Path(name) for name in sorted(glob(pattern, recursive=True), key=natural))
+    matches = [path for path in found if not path.name.startswith("~$")]
     for path in matches:
         require_regular(path)
     files = [path for path in matches if path.is_file()]

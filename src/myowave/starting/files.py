@@ -39,7 +39,7 @@ def recordings_in(folder: Path) -> list[PurePosixPath]:
     if len(inside) > _MOST:
         raise ValueError(f"{folder}: more than {_MOST} files; name the folder of one dataset with --from.")
     relative = [PurePosixPath(path.relative_to(folder).as_posix()) for path in inside if not path.is_dir()]
-    files = [path for path in relative if not any(part.startswith(".") for part in path.parts)]
+    files = [path for path in relative if not any(part.startswith((".", "~$")) for part in path.parts)]
     if odd := [path for path in files if re.search(r"[\x00-\x1f\x7f\ud800-\udfff]", str(path))]:
         raise ValueError(f"{folder}: {str(odd[0])!r} has a line break or a byte that is no UTF-8; rename it.")
     found = [path for path in files if ending_of(Path(path)) in ENDINGS]
