@@ -426,14 +426,15 @@ def drifting(frame):
 
 
 REFUSED_TIDY = {
-    "percent": (times(100), r"emg_biceps reaches \S+ of .* in percent: divide it by 100 in the files, or name %"),
+    "percent": (times(100), r"emg_biceps reaches \S+ of .* If it is in percent, divide it by 100 .*, or name %"),
     "one channel in percent": (times(100, "emg_triceps"), "emg_triceps reaches 100 .* in most of the 3 trials"),
-    "EMG in uV": (times(480), "emg_biceps reaches 480 .* It is not normalised: Rectify and smooth"),
+    "EMG in uV": (times(480), "emg_biceps reaches 480 .* expected 0 to 1.5. Rectify and smooth"),
+    "little EMG in uV": (times(60), "emg_biceps reaches 60 .* in percent, .* not normalised: Rectify and smooth"),
     "one column misnamed in all files": (
         lambda f: f.rename(columns={"emg_biceps": "emg_bicep"}),
         r"imported, 1 problem:\ntrial1.csv: column 'emg_biceps' is not there.* Likewise in 2 more: trial2.csv; trial3",
     ),
-    "EMG above its maximum": (times(1.8), "emg_biceps reaches 1.8 .* in percent|not normalised"),
+    "EMG above its maximum": (times(1.8), "emg_biceps reaches 1.8 .* in percent, .* not normalised"),
 }  # fmt: skip
 REFUSED_ONE_TIDY = {
     "percent in one file": (times(100), "trial2.csv, row .*: emg_biceps is 100 of a maximum .*percent by 100"),

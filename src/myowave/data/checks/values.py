@@ -19,7 +19,7 @@ EMG_LIMIT = 1.5  # largest EMG taken as a fraction of a maximum contraction [-];
 UNSEEN_LIMIT = 5.0
 """The same of a trial held out, or of a stream: light loads may train and a heavy one test; percent would be more."""
 UNDERSHOOT = 0.1  # of rectified EMG below 0, as a share of its largest value, that filters and splines leave [-]
-PERCENT_LIMIT = 200.0  # largest EMG that is in percent [-]
+PERCENT_LIMIT = 200.0  # largest EMG that may be in percent [-]
 HALF_TURN_DEG = 180.0
 STILL = 5e-5
 """An angle [deg] or a torque [N m] that stays within this was not measured: an arm trembles even where it holds
@@ -75,10 +75,11 @@ def _emg_problems(recordings: Mapping[str, Recording], channel: str, form: str, 
     """EMG that is no fraction of a maximum: in one line where it is so in most trials, else in each trial."""
     typical = float(np.median([one.emg[channel].max() for one in recordings.values()])) if recordings else 0.0
     if form == "fraction" and typical > EMG_LIMIT:
-        unit = "in percent" if typical <= PERCENT_LIMIT else "not normalised"
+        # Percent and a weak contraction in uV are as large.
+        percent = _PERCENT if typical <= PERCENT_LIMIT else ""
         yield (
             f"{channel} reaches {typical:.3g} of a maximum contraction in most of the {len(recordings)} trials; "
-            f"expected 0 to {EMG_LIMIT:g}. It is {unit}: {_PERCENT if unit == 'in percent' else _NORMALISE}"
+            f"expected 0 to {EMG_LIMIT:g}. {percent}{_NORMALISE}"
         )
         return
     for name, one in recordings.items():
@@ -95,7 +96,7 @@ def _emg_problems(recordings: Mapping[str, Recording], channel: str, form: str, 
 
 
 _NORMALISE = "Rectify and smooth the EMG, and divide it by its value at maximum contraction (percent by 100)."
-_PERCENT = "divide it by 100 in the files, or name % as its unit."
+_PERCENT = "If it is in percent, divide it by 100 in the files, or name % as its unit. Else it is not normalised: "
 _ARTEFACT = "Look for an artefact there and cut it off with cut_s, or name a stronger contraction under mvc."
 
 
