@@ -167,6 +167,11 @@ def test_the_draft_is_an_effect_file_that_runs_and_says_what_was_found(make_fit,
     torch.testing.assert_close(effect.function(q, qdot, a.unsqueeze(-1), **values), expected)
 
 
+def test_a_constant_of_a_draft_is_written_as_a_number_alone():
+    constant, angle, *_ = LIBRARY
+    assert draft.Draft(((angle, -0.2, 0.01), (constant, 0.7, 0.01))).formula == "-0.2 q +0.7"
+
+
 @pytest.mark.parametrize(
     "hidden", [{}, {"extra_delay": {"d_emg_biceps": 0.02, "d_emg_triceps": 0.02}}], ids=["noise", "late EMG"]
 )

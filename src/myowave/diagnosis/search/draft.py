@@ -48,7 +48,9 @@ class Term:
             return c * self.function(q, qdot, activation.sum(-1) / max(activation.shape[-1], 1))
 
         c = Parameter(self.unit, low=-LARGEST, high=LARGEST, typical=0.5, meaning="coefficient")
-        return Effect(f"draft_{self.name}", "joint", f"c {self.text}", torque, {"c": c}, source="a term of a draft")
+        return Effect(
+            f"draft_{self.name}", "joint", f"c {self.text}".rstrip(), torque, {"c": c}, source="a term of a draft"
+        )
 
 
 def _stop(q: Tensor, v: Tensor, a: Tensor) -> Tensor:
@@ -57,7 +59,7 @@ def _stop(q: Tensor, v: Tensor, a: Tensor) -> Tensor:
 
 # `a` is the mean activation of all muscles.
 LIBRARY = (
-    Term("constant", "torch.ones_like(q)", "1", OF_MOTION["1"]),
+    Term("constant", "torch.ones_like(q)", "", OF_MOTION["1"]),
     Term("angle", "q", "q", OF_MOTION["q"], "N m/rad"),
     Term("angle_squared", "q**2", "q^2", OF_MOTION["q^2"], "N m/rad^2"),
     Term("sine", "torch.sin(q)", "sin(q)", lambda q, v, a: torch.sin(q)),
@@ -85,7 +87,7 @@ class Draft:
     @property
     def formula(self) -> str:
         """Their sum as it is written for people; "0" where there are none."""
-        return " ".join(f"{value:+.3g} {term.text}" for term, value, _ in self.terms) or "0"
+        return " ".join(f"{value:+.3g} {term.text}".rstrip() for term, value, _ in self.terms) or "0"
 
 
 def draft_effect(fit: Fit, view: View) -> Draft:
