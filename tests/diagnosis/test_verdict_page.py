@@ -21,7 +21,7 @@ from myowave.diagnosis.report.motion import beside
 from myowave.diagnosis.report.numbers import estimate
 from myowave.diagnosis.report.page import Story, write_page
 from myowave.diagnosis.report.tables import TABLES, draft_source, ladder_table, predictions_table, ranking_table
-from myowave.diagnosis.report.tell import adding_command, tell
+from myowave.diagnosis.report.tell import adding_command, says_little, tell
 from myowave.diagnosis.scoring import add_truth
 from myowave.diagnosis.search.diagnose import diagnose
 from myowave.diagnosis.search.next_trial import MENU
@@ -465,6 +465,19 @@ def test_that_the_load_says_as_much_as_muscles_is_told_only_where_it_does(of_pos
     told = tell(facts(follows=False, horizon_s=0.5, model="base", torque=torque))
     assert ("hardly needs them" in told["plan"]) == little and len(told["session"]) == 8
     assert "check the constants, the EMG, the loads" in told["plan"]
+
+
+@pytest.mark.parametrize("of_emg", [-1.1, 0.5])
+def test_what_explains_less_than_a_constant_torque_tells_nothing(of_emg, facts):
+    """However far below 0 the others are; and what below 0 means stands behind the numbers that are."""
+    r2 = {"base": -2.9, "posture and speed": -7.2, "posture, speed and load": 0.93, "EMG without physics": of_emg}
+    told = tell(facts(follows=False, horizon_s=0.5, model="base", torque={"held_out": True, "r2": r2}))
+    assert "EMG and muscles explain less than a constant torque does" in told["lead"]
+    del r2["posture, speed and load"]
+    assert says_little(facts(model="base", torque={"held_out": True, "r2": r2}))
+    assert not re.search("EMG tells|Below 0", told["lead"]) and told["torque"].endswith(
+        "Below 0 is worse than a constant torque."
+    )
 
 
 def test_what_is_doubtful_in_the_recordings_is_told(story):

@@ -120,11 +120,12 @@ def needs_others(verdict: Verdict) -> bool:
 
 
 def says_little(verdict: Verdict) -> bool:
-    """Whether posture and speed, with the load where it is known, explain the torque as well as EMG and muscles do."""
+    """Whether a constant, posture and speed, or these with the load where it is known, explain the torque as well as
+    EMG and muscles do."""
     r2, found = verdict["torque"]["r2"], verdict["model"]
     if r2[POSTURE] is None or r2[found] is None:
         return False
-    return not r2[found] > r2[POSTURE] + AS_GOOD or r2[found] < r2.get(POSTURE_LOAD, -math.inf) - AS_GOOD
+    return not r2[found] > max(r2[POSTURE], 0) + AS_GOOD or r2[found] < r2.get(POSTURE_LOAD, -math.inf) - AS_GOOD
 
 
 def adding_command(verdict: Verdict, *, recipes: Sequence[str] = ("rollout",), config_files: Sequence[str] = ()) -> str:
