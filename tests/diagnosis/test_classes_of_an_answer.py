@@ -3,6 +3,7 @@
 from types import SimpleNamespace
 
 import pytest
+import torch
 
 from myowave.diagnosis.causes import EMG_NOISE, OUTSIDE, OWN_SHAPES
 from myowave.diagnosis.likelihood.components import CURVES, EMG, NOISE, PATHS, REPEATS
@@ -66,3 +67,11 @@ def test_what_was_taken_for_noise_and_is_none_is_told_as_large_as_it_is():
     best = SimpleNamespace(fit=fit, best=SimpleNamespace(sizes={NOISE: 0.1}))
     left = answer.Answer("unknown", (), {}, best, white=1e-9, usual=1.0)
     assert left.missing == pytest.approx((0.005**2 - 0.001**2) ** 0.5)
+
+
+def test_what_is_missing_moves_the_arm_no_farther_than_the_model_misses():
+    """A correction may be large only to take back what another term of the same model does."""
+    covariance = SimpleNamespace(made_by=lambda name: torch.full((1, 4), 0.02))
+    fit = SimpleNamespace(rmse=lambda: 0.005, record=SimpleNamespace(samples=4))
+    best = SimpleNamespace(fit=fit, best=SimpleNamespace(sizes={REPEATS: 1.0}), covariance=covariance)
+    assert answer.Answer("unknown", (), {}, best, white=1.0, usual=1.0).missing == 0.005

@@ -49,13 +49,14 @@ class Answer:
 
     @property
     def missing(self) -> float:
-        """How far what no effect explains moves the arm, root mean square [rad]."""
+        """How far what no effect explains moves the arm, root mean square [rad]; no farther than the model misses, as
+        other terms of the best model may take back what one of them does."""
         fit = self.best.fit
         strange = [name for name in self.best.best.sizes if name in MISSING]
         if not strange:  # what is none of these and was taken for noise, but is more than the angle itself shows
             return float(np.sqrt(max(fit.rmse() ** 2 - fit.record.noise**2, 0.0)))
         made = torch.stack([self.best.covariance.made_by(name) for name in strange]).sum(0)
-        return float((made**2).sum() / fit.record.samples) ** 0.5
+        return min(float((made**2).sum() / fit.record.samples) ** 0.5, fit.rmse())
 
     @property
     def unusual(self) -> dict[str, tuple[str, ...]]:
