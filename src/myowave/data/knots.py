@@ -20,6 +20,7 @@ FEWEST = 100  # samples more than knots: with fewer, chance may look like lines
 # Of squared second differences lines through knots may leave so much: of all, and of what lines leave whose knots are
 # half a step away. Those meet noise, smooth motions and steps of rounding as well; a thousand of such left more.
 LEFT = 0.2
+PROMISING = 0.5  # the same before step and knots are fitted
 EXACT = 1e-12
 SHORTEST = 5  # samples of a trial
 ON_SAMPLE = 0.01  # samples: a knot so near to the first or the last one is there
@@ -28,7 +29,7 @@ ON_SAMPLE = 0.01  # samples: a knot so near to the first or the last one is ther
 def knots_of(angles: Sequence[Array]) -> list[Array] | None:
     """Places (Q,), in samples, where each of T angles (N,) was measured, evenly spaced in all, where they run straight
     in between; None where they do not."""
-    if sum(map(len, angles)) < FEWEST or min(map(len, angles)) < SHORTEST:
+    if min(map(len, angles)) < SHORTEST:
         return None
     bent = sum(float((np.diff(angle, 2) ** 2).sum()) for angle in angles)
 
@@ -41,14 +42,16 @@ def knots_of(angles: Sequence[Array]) -> list[Array] | None:
         kept, moved = (float((bends_left(at) ** 2).sum()) for at in (place, elsewhere))
         return kept < left * min(moved, bent)
 
+    def knots_at(place: Array) -> list[Array]:
+        return [_knots(len(a), b, place[0]) for a, b in zip(angles, place[1:], strict=True)]
+
     room = np.array([ROOM[0], *[ROOM[1]] * len(angles)])
     for begun in _regular(angles):
-        if worse_elsewhere(begun, 0.5):
+        if sum(map(len, angles)) - sum(map(len, knots_at(begun))) >= FEWEST and worse_elsewhere(begun, PROMISING):
             bounds = begun - room * begun[0], begun + room * begun[0]
             place = least_squares(bends_left, begun, bounds=bounds, ftol=EXACT, xtol=EXACT, gtol=EXACT).x
-            knots = [_knots(len(a), b, place[0]) for a, b in zip(angles, place[1:], strict=True)]
-            if sum(map(len, angles)) - sum(map(len, knots)) >= FEWEST and worse_elsewhere(place, LEFT):
-                return knots
+            if worse_elsewhere(place, LEFT):
+                return knots_at(place)
     return None
 
 
