@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from sessions import ANGLE_HZ, curl, noraxon, session_section, write_session
+from sessions import ANGLE_HZ, EMG_HZ, curl, noraxon, session_section, write_session
 
 from myowave.data.importing import import_trials
 from myowave.data.store import read_trials, write_trials
@@ -152,6 +152,28 @@ def test_a_cut_is_in_the_times_that_messages_and_pictures_have(folder, start, tr
     assert not [f for f in quality["findings"] if f["check"] == "spike"]
     if trial in prepared.recordings:
         assert prepared.recordings[trial].time[[0, -1]] == pytest.approx([at + 1, at + 9], abs=0.01)
+
+
+@pytest.mark.parametrize("key", ["angle", "biceps", "tilt"])
+@pytest.mark.parametrize("late", [0.0, 1.5])
+def test_what_is_cut_away_need_not_be_whole(folder, key, late):
+    def prepared(faulty=()):
+        def change(trial, one, values):
+            if (trial, one) == ("a", key):
+                rate = EMG_HZ if one == "biceps" else ANGLE_HZ
+                values[[round((at - (late if one == "biceps" else 0)) * rate) for at in faulty]] = np.nan
+            return values
+
+        write_session(folder, change=change)
+        settings = {"processing": {"emg_start_offset_s": late}, "cut_s": {"a": [3.0, 10.0]}}
+        return prepare(folder, **settings)[0].trials
+
+    whole, cut = prepared(), prepared([2.0, 11.0])
+    assert cut.lengths == whole.lengths and cut.angle == pytest.approx(whole.angle, abs=1e-12)
+    inner = slice(30, 670)  # filters end elsewhere
+    assert cut.emg[0, inner] == pytest.approx(whole.emg[0, inner], abs=0.01)
+    with pytest.raises(ValueError, match="row .*is 'nan' .1 such rows"):
+        prepared([2.0, 4.0])
 
 
 @pytest.mark.parametrize(("column", "level"), [("on", 1), ("on [V]", 5), ("on [mV]", 5000)])

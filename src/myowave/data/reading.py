@@ -37,6 +37,7 @@ from myowave.settings.recording import TRIAL, EmgChannel, RawAngle, RawKeep, Raw
 
 MOST_DUTY = 1.02  # share of the supply's voltage on a motor, and rounding [-]
 TIDY_ENDINGS = (".csv", ".parquet")
+Cut = tuple[float, float] | None  # from and to on a signal's clock [s], what is kept of it; None for all
 
 
 def read_session(
@@ -139,27 +140,30 @@ class Reading:
 
     def trial(self, name: str, settings: RecordedDataset) -> RawTrial | None:
         """All signals of a trial; None where there is a problem with one."""
-        angle = self._read(name, "angle", settings.angle, TO_RADIANS)
-        signals = {key: self._read(name, f"signals.{key}", one, TO_RADIANS) for key, one in settings.signals.items()}
-        if settings.motor is not None:
-            signals[MOTOR] = self._motor(name, settings.motor)
-        if settings.torque is not None and name in settings.torque_trials:
-            signals[TORQUE] = self._read(name, "torque", settings.torque, TO_NEWTON_METRES)
         cut = settings.cut_s.get(name)
         if settings.keep is not None:
             low, high = self._kept(name, settings.keep)
             cut = (low, high) if cut is None else (max(low, cut[0]), min(high, cut[1]))
-        trial = RawTrial(self.emg(name, settings), angle, signals, cut=cut)
+        angle = self._read(name, "angle", settings.angle, TO_RADIANS, cut)
+        extra = settings.signals.items()
+        signals = {key: self._read(name, f"signals.{key}", one, TO_RADIANS, cut) for key, one in extra}
+        if settings.motor is not None:
+            signals[MOTOR] = self._motor(name, settings.motor, cut)
+        if settings.torque is not None and name in settings.torque_trials:
+            signals[TORQUE] = self._read(name, "torque", settings.torque, TO_NEWTON_METRES, cut)
+        trial = RawTrial(self.emg(name, settings, cut), angle, signals, cut=cut)
         return None if any(len(signal.values) == 1 for signal in trial.all) else trial
 
-    def emg(self, trial: str, settings: RecordedDataset) -> dict[str, Sampled]:
+    def emg(self, trial: str, settings: RecordedDataset, cut: Cut) -> dict[str, Sampled]:
         """EMG of each channel [uV]; as it is where its unit is arbitrary, a fraction of 1 where it is one."""
+        late = settings.processing.emg_start_offset_s
+        cut = cut and (cut[0] - late, cut[1] - late)
         factors = {channel: TO_FRACTION if one.form == "fraction" else TO_EMG for channel, one in settings.emg.items()}
-        return {c: self._read(trial, f"emg.{c}", one, factors[c]) for c, one in settings.emg.items()}
+        return {c: self._read(trial, f"emg.{c}", one, factors[c], cut) for c, one in settings.emg.items()}
 
     def maximum(self, name: str, settings: RecordedDataset) -> dict[str, Sampled]:
         """EMG of a maximum contraction that is no trial, as far as `cut_s` keeps it."""
-        emg = self.emg(name, settings)
+        emg = self.emg(name, settings, settings.cut_s.get(name))
         if name not in settings.cut_s or any(len(one.values) == 1 for one in emg.values()):
             return emg
         late = settings.processing.emg_start_offset_s  # `cut_s` is on the clock of an angle, though none may be there
@@ -176,18 +180,18 @@ class Reading:
                 return emg
         return kept
 
-    def _motor(self, trial: str, motor: RawMotor) -> Sampled:
+    def _motor(self, trial: str, motor: RawMotor, cut: Cut) -> Sampled:
         """Torque of a motor at rest [N m], recorded or by its duty and the voltage."""
         if motor.volts is None:
-            return self._read(trial, "motor", motor, TO_NEWTON_METRES)
-        duty = self._read(trial, "motor", motor, TO_FRACTION)
+            return self._read(trial, "motor", motor, TO_NEWTON_METRES, cut)
+        duty = self._read(trial, "motor", motor, TO_FRACTION, cut)
         if (most := np.abs(duty.values).max()) > MOST_DUTY:
             self.say(
                 f"{self.where}.motor: {motor.column} reaches {most:.3g} in trial {trial}; expected the share of "
                 "the voltage, -1 to 1. Name % as its unit, or divide it in the files."
             )
         supply = motor.model_copy(update={"column": motor.volts, "unit": "V", "sign": 1})
-        volts = self._read(trial, "motor", supply, {"V": 1.0})
+        volts = self._read(trial, "motor", supply, {"V": 1.0}, cut)
         # ASSUME: where the voltage was not recorded, it is what it was nearest to that time.
         at_duty = np.interp(duty.time, volts.time, volts.values)
         return replace(duty, values=torque_per_volt(motor) * duty.values * at_duty, unit="Nm")
@@ -205,9 +209,12 @@ class Reading:
         begin, length = max(runs, key=lambda run: run[1])
         return float(sampled.time[begin]), float(sampled.time[begin + length - 1])
 
-    def _read(self, trial: str, key: str, settings: RawSignal, factors: Mapping[str, float]) -> Sampled:
+    def _read(
+        self, trial: str, key: str, settings: RawSignal, factors: Mapping[str, float], cut: Cut = None
+    ) -> Sampled:
         """One signal with its sign and offset, in the unit that is used here, by factors of the units that it may be
-        written in; one sample where there is a problem."""
+        written in; only what a cut keeps of it where there is a problem with the whole; one sample where there is one
+        with what is kept."""
         where, units = f"{self.where}.{self.key or key}", tuple(factors)
         stand_in = Sampled(np.zeros(1), 1.0, 0.0, unit_here(units[0]), units[0])
         raw = self._one_file(trial, where, settings)
@@ -222,6 +229,8 @@ class Reading:
         known = written if written in UNITS else ""
         unit = known or said or written or named or (ARBITRARY if units[0] == ARBITRARY else "")
         problem = signal_problem(raw, signal, settings.rate_hz, self.pace)
+        if problem and cut and len((kept := raw.between(signal, *cut, settings.rate_hz)).values):
+            signal, problem = kept, signal_problem(raw, kept, settings.rate_hz, self.pace)
         problems = [problem] if problem else []
         if known and said and known != said:
             problems.append(f"{raw.path}: {signal.name} is in {written}, but {where} says {said}. Correct one of them.")

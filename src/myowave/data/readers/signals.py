@@ -85,6 +85,19 @@ class RawRecording:
         """The first signal of that name."""
         return next(signal for signal in self.signals if signal.name == name)
 
+    def between(self, signal: Signal, start: float, end: float, rate: float | None = None) -> Signal:
+        """What a signal of the file holds from a time to another [s]; all of it where neither times nor the rate [Hz],
+        stated by the file or else given, say when that was."""
+        rate = signal.rate or rate
+        if signal.time is None and rate is None:
+            return signal
+        time = np.arange(len(signal.values)) / (rate or 1.0) if signal.time is None else signal.time
+        inside = np.flatnonzero((time >= start) & (time <= end))
+        first, last = (inside[0], inside[-1] + 1) if len(inside) else (0, 0)
+        odd = {n - first: cell for n, cell in signal.odd.items() if first <= n < last}
+        row = (signal.first_row or self.first_row) + first
+        return replace(signal, values=signal.values[first:last], time=time[first:last], odd=odd, first_row=row)
+
     def at(self, sample: int, signal: Signal) -> str:
         """Where a sample of a signal stands, as messages begin: `trial2.csv, row 118`."""
         return f"{self.path}, row {sample + (signal.first_row or self.first_row)}"
