@@ -129,6 +129,17 @@ def test_where_the_names_stand_may_be_said(tmp_path):
             assert raw.at(0, raw.signals[0]) == f"{path}, row {row + 1 + bool(units)}"
 
 
+def test_tables_may_call_their_times_differently(tmp_path):
+    layout = TextLayout(time_column=["Clock", "Uhr"])
+    for name, unit in (("Clock", "EMG"), ("Uhr", "angle")):
+        table = write(tmp_path / "a.csv", f"{name},{unit}\n{rows(',', TIME, VALUES)}")
+        (signal,) = read_raw(table, None, layout).signals
+        assert signal.name == unit and np.allclose(signal.time, TIME)
+    other = write(tmp_path / "a.csv", f"Horloge,q\n{rows(',', TIME, VALUES)}")
+    with pytest.raises(ValueError, match="no column 'Clock' or 'Uhr' of times; the columns are Horloge, q. Name"):
+        read_raw(other, None, layout)
+
+
 @pytest.mark.parametrize(
     "names",
     ["time,emg,time,angle", "time_emg,emg,time_angle,angle", "T [s],emg,T angle [ms],angle", "t,emg,angle time,q"],

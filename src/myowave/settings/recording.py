@@ -6,10 +6,11 @@ import re
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from myowave.settings.section import NOT_PLAIN, PLAIN, Real, Section, TrialName, Whole, matching, setting
 
+_ONE_OR_MORE = BeforeValidator(lambda value: [value] if isinstance(value, str) else value)
 Format = Literal["csv", "parquet", "noraxon", "delsys", "vicon", "opensim", "matlab", "c3d", "edf"]
 TRIAL = "{trial}"
 _ONE_PLACEHOLDER = matching(
@@ -103,7 +104,10 @@ class TextLayout(Section):
     separator: Literal["comma", "semicolon", "tab", "space"] | None = setting("between columns", default=None)
     decimal: Literal["point", "comma"] | None = setting("decimal sign", default=None)
     header_row: Whole | None = setting("row with the names of columns, counted from 1", "-", None, ge=1, le=10_000)
-    time_column: str | None = setting("column of times; null takes time, t, Zeit or the first in s or ms", default=None)
+    time_column: Annotated[tuple[str, ...], _ONE_OR_MORE] | None = setting(
+        "column of times, or [several] of which each file has one; null takes time, t, Zeit or the first in s or ms",
+        default=None,
+    )
     time_unit: Literal["ms", "sample"] | None = setting(
         "ms where times are in ms that the file does not tell; sample where they count samples: rate_hz is the rate",
         default=None,

@@ -44,7 +44,7 @@ def read_delimited(path: Path, layout: TextLayout | None = None) -> RawRecording
         units = [unit.strip("[]()") for unit in rows[units_row - 1]]
     comma = None if layout.decimal is None else layout.decimal == "comma"
     signals = to_signals(path, read_cells(path, lines, separator, head, comma), names, units)
-    signals = with_time(path, signals, layout.time_column)
+    signals = with_time(path, signals, layout.time_column or ())
     if layout.time_unit is not None:
         signals = tuple(timed_in(one, layout.time_unit) for one in signals)
     if layout.resample_hz is not None:

@@ -30,5 +30,5 @@ def read_opensim(path: Path) -> RawRecording:
     stated = next((int(found[1]) for line in lines[:names_row] if (found := _ROWS.match(line))), len(cells))
     if len(cells) < stated:
         raise cut_short(path, f"{len(cells)} rows", stated)
-    signals = with_time(path, to_signals(path, cells, names), "time")
+    signals = with_time(path, to_signals(path, cells, names), ["time"])
     return RawRecording(path, tuple(replace(one, angle_unit=unit) for one in signals), first_row=names_row + 2)

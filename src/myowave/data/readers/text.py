@@ -170,18 +170,21 @@ def evenly_sampled(path: Path, signal: Signal, rate: float) -> Signal:
     return replace(signal, values=np.interp(even, time, signal.values), time=even)
 
 
-def with_time(path: Path, signals: tuple[Signal, ...], column: str | None = None) -> tuple[Signal, ...]:
+def with_time(path: Path, signals: tuple[Signal, ...], names: Sequence[str] = ()) -> tuple[Signal, ...]:
     """The signals without the columns of times [s or ms], which they are given.
 
-    Without a name for it one called time, time_s, time_ms, t or Zeit is taken, or the first in s or ms, or that rises
-    and speaks of time. Where columns end in other rows, as two recorders' do, each has the times that end with it.
+    Without names, of which files have one, one called time, time_s, time_ms, t or Zeit is taken, or the first in s or
+    ms, or that rises and speaks of time. Where columns end in other rows, as two recorders' do, each has the times that
+    end with it.
     """
     in_seconds = [one for one in signals if plain_unit(one.unit) in ("s", "ms")]
     of = [one for one in signals if not one.unit and _TIME_OF.fullmatch(one.name) and _rises(one)]
-    called = [one for one in signals if (one.name == column if column else _TIME.fullmatch(one.name))]
-    if column and not called:
-        names = ", ".join(signal.name for signal in signals)
-        raise ValueError(f"{path}: no column {column!r} of times; the columns are {names}.")
+    called = [one for one in signals if (one.name in names if names else _TIME.fullmatch(one.name))]
+    if names and not called:
+        raise ValueError(
+            f"{path}: no column {' or '.join(map(repr, names))} of times; the columns are "
+            f"{', '.join(signal.name for signal in signals)}. Name that of each file: layout.time_column: [..., ...]."
+        )
     if not (likely := called or in_seconds or of):
         return signals
     clocks = {likely[0].samples: likely[0]}
