@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from myowave.settings import read_settings
-from myowave.settings.files import check_command_line
+from myowave.settings.files import check_command_line, read_yaml
 
 CONFIG = Path(__file__).parents[2] / "config.yaml"
 _TEN = ", ".join(["*{}"] * 10)
@@ -21,6 +21,12 @@ def test_a_second_configuration_is_laid_over_the_first(tmp_path):
     both = read_settings([CONFIG, mine])
     assert both.tracking.uri == "http://server:5000" and both.targets.datasets == ("case1",)
     assert both.data == ours.data and both.targets.scales == ours.targets.scales
+
+
+def test_a_key_may_have_a_colon(tmp_path):
+    mine = tmp_path / "mine.yaml"
+    mine.write_text("a: {t:1: {load: 2}, 'b:2': , c: http://host:1}\nat 9:30:\n", encoding="utf-8")
+    assert read_yaml(mine) == {"a": {"t:1": {"load": 2}, "b:2": None, "c": "http://host:1"}, "at 9:30": None}
 
 
 def test_a_configuration_that_is_not_there_is_named(tmp_path):
@@ -47,6 +53,10 @@ FAULTS = {
     "a key twice inside": (
         b"data:\n  x: 1\n  x: 2\n",
         "mine.yaml is not valid YAML, line 3, column 3: the key x is there already",
+    ),
+    "no space behind a colon": (
+        b"data:\n  constants: {mass:1.4, load: 2}\n",
+        "mine.yaml is not valid YAML, line 2, column 15: mass:1.4 needs a space behind the colon, mass: 1.4. Correct",
     ),
     "aliases within aliases": (
         BOMB.encode(),

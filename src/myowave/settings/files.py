@@ -16,7 +16,8 @@ LARGEST = 200_000  # values in a file with its aliases written out; the configur
 
 
 class _Loader(yaml.SafeLoader):  # type: ignore[misc]
-    """Refuses a key that is there twice, of which YAML would keep the last in silence, and aliases that become huge."""
+    """Refuses a key that is there twice, of which YAML would keep the last in silence, one that a missing space joins
+    with its value, and aliases that become huge."""
 
     def get_single_node(self) -> Node | None:
         node = super().get_single_node()
@@ -28,7 +29,12 @@ class _Loader(yaml.SafeLoader):  # type: ignore[misc]
     def compose_mapping_node(self, anchor: Any) -> MappingNode:
         node = super().compose_mapping_node(anchor)
         first: dict[str, ScalarNode] = {}
-        for key, _ in node.value:
+        for key, value in node.value:
+            alone = node.flow_style and isinstance(value, ScalarNode) and not value.value and not value.style
+            if alone and isinstance(key, ScalarNode) and not key.style and ":" in key.value:  # {mass:1.4}
+                apart = ": ".join(key.value.split(":", 1))
+                problem = f"{key.value} needs a space behind the colon, {apart}"
+                raise yaml.MarkedYAMLError(problem=problem, problem_mark=key.start_mark)
             if isinstance(key, ScalarNode) and first.setdefault(key.value, key) is not key:
                 again = f"the key {key.value} is there already, {_at(first[key.value].start_mark)}"
                 raise yaml.MarkedYAMLError(problem=f"{again}; join them, or remove one", problem_mark=key.start_mark)
