@@ -9,6 +9,7 @@ import pytest
 from myowave.data.simulate import simulate_trials
 from myowave.diagnosis.report.facts import verdict_facts
 from myowave.diagnosis.report.tables import TABLES, predictions_table
+from myowave.diagnosis.report.tell import tell
 from myowave.diagnosis.scoring import add_truth
 from myowave.diagnosis.search.answer import Answer
 from myowave.diagnosis.search.diagnose import diagnose
@@ -142,6 +143,23 @@ def test_what_the_catalogue_lacks_is_called_unknown_and_drafted(make_trials, bas
     found = diagnose(trials, base, unfit, identify, SETTINGS)
     assert found.verdict.kind == "unknown" and verdict_facts(found)["effects"] == []
     assert "qdot" in found.draft.formula
+
+
+def test_what_is_taken_for_noise_where_no_model_is_right_is_not_called_noise(make_trials, base, few, identify, facts):
+    trials = make_trials({"clock_drift": {"d": -0.02}}, noise_deg=0.24)
+    found = diagnose(trials, base, [few["hand_load"]], identify, SETTINGS)
+    assert found.verdict.kind == "unknown" and np.degrees(found.verdict.answer.angle_noise) > 0.5
+    assert found.noise_deg == pytest.approx(0.24, abs=0.03)
+    lead = tell(facts() | add_truth(verdict_facts(found), None))["lead"]
+    assert f"Judged without a model, the noise of the angle is {found.noise_deg:.2g} deg." in lead
+    assert "at most 0.050 deg, or it was filtered." in tell(smooth(facts(verdict="unknown", effects=[])))["lead"]
+    assert "The noise of the angle is at most 0.050 deg." in tell(smooth(facts()))["lead"]
+
+
+def smooth(facts):
+    """An angle without noise that shows."""
+    errors = {name: {**one, "noise": 0.05} for name, one in facts["rmse_deg"].items()}
+    return {**facts, "noise_is_bound": True, "rmse_deg": errors}
 
 
 def test_no_torque_is_drafted_for_what_goes_with_muscle_curves(make_trials, base, identify, monkeypatch):

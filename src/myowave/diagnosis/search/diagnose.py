@@ -76,9 +76,10 @@ class Diagnosis:
 
     @property
     def noise_deg(self) -> float:
-        """Noise of the angle [deg]; of a filtered one what the filter has left of it. What a model leaves that does not
-        follow is not noise."""
-        return float(np.degrees(self.verdict.answer.angle_noise if self.verdict.follows else self.test.noise))
+        """Noise of the angle [deg]; of a filtered one what the filter has left of it. Where no model follows, or none
+        is right, what is left is not noise: then what the angle itself shows, or the settings say."""
+        none_right = not self.verdict.follows or self.verdict.kind == "unknown"
+        return float(np.degrees(self.test.noise if none_right else self.verdict.answer.angle_noise))
 
 
 def diagnose(
