@@ -75,6 +75,19 @@ def test_parts_of_the_data_add_up_to_the_whole(make_fit):
     assert locate(misfit)
 
 
+def test_parts_of_the_data_are_those_of_the_measured_motion(make_trials, base):
+    """However far from it a model runs."""
+    record = make_record(make_trials(noise_deg=0.0), base).train
+    light = {"mass": torch.full((len(record.names),), 0.3 * base.defaults["mass"], dtype=torch.float64)}
+    away = fit_model(base, replace(record, known=light), ())
+    assert np.degrees(away.rmse()) > 5
+    ends = np.degrees([record.angle.min(), record.angle.max()])
+    parts = misfit_by(away).query("factor == 'angle [deg]'")
+    assert (parts["low"].min(), parts["high"].max()) == pytest.approx(ends, abs=0.5)
+    places = np.degrees(missing_torque(away).points["angle_rad"])
+    assert ends[0] - 0.5 < places.min() and places.max() < ends[1] + 0.5
+
+
 @pytest.fixture
 def told_of(facts):
     """What is said of errors [deg] of trials, of flexion and extension, and of ranges of other factors."""

@@ -29,7 +29,7 @@ STILL_RAD_S = 0.05  # slower than this counts neither as flexion nor as extensio
 class MissingTorque:
     """Torque that would have to be added along the simulated motion to make it the measured one."""
 
-    points: pd.DataFrame  # a row for each window: trial, time_s, angle_rad, velocity_rad_s, torque_Nm
+    points: pd.DataFrame  # a row for each window: trial, time_s, measured angle_rad and velocity_rad_s, torque_Nm
     standard_error: float  # of one point, from the noise of the angle [N m]
 
     @property
@@ -39,10 +39,11 @@ class MissingTorque:
 
 
 def misfit_by(fit: Fit) -> pd.DataFrame:
-    """RMSE of a fit in parts of its data: columns factor, part, low, high, samples, rmse_deg, mean_deg."""
+    """RMSE of a fit in parts of its data, by the measured motion, as a model may run away: columns factor, part, low,
+    high, samples, rmse_deg, mean_deg."""
     record, valid = fit.record, fit.record.valid
     residual = np.degrees(fit.residual)
-    q, velocity = fit.sensitive.motion.state[..., :2].numpy().transpose(2, 0, 1)
+    q, velocity = record.motion.numpy().transpose(2, 0, 1)
     rows = [_row("trial", name, left) for name, left in record.joined(residual).items()]
     for part, where in (("flexion", velocity > STILL_RAD_S), ("extension", velocity < -STILL_RAD_S)):
         rows.append(_row("direction", part, residual[where & valid]))
@@ -159,7 +160,7 @@ def missing_torque(fit: Fit) -> MissingTorque:
     (damped,) = torch.gradient(by_velocity * test, spacing=dt, dim=-1)
     kernel = (second - by_angle * test + damped)[trial, place]
     kernel = kernel * inertia[trial, centre, None] / test.sum()
-    angle, velocity = motion.state[trial, centre, :2].numpy().T
+    angle, velocity = record.motion[trial, centre].numpy().T
     points = pd.DataFrame(
         {
             "trial": np.array(record.names)[trial],
