@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from myowave.diagnosis.report.figures import draw_ladder, draw_missing_torque, draw_ranking
+from myowave.diagnosis.report.figures import draw_glance, draw_ladder, draw_missing_torque, draw_ranking
 
 NOISE = {"noise of the angle": 0.5}
 PHYSICS = ("physics", "base", False, 10.6, 8.4, 0.5, 1.3)
@@ -26,6 +26,14 @@ def test_a_ladder_says_over_what_its_errors_are_and_which_noise_makes_them():
     assert "muscle model over 0.5 s, held out" in told
     assert "network, recorded, 1-scale, held out, whole trials" in told
     assert {"noise of the angle", "and of the EMG"} < set(told)
+
+
+def test_an_angle_that_never_moves_can_be_drawn():
+    time = np.arange(100) / 100
+    about = {"trial": "a", "role": "test", "model": "base", "time_s": time, "angle_rad": 0.5}
+    (axis,) = draw_glance(pd.DataFrame({**about, "predicted_rad": np.sin(time)}), ["base"], None).axes
+    low, high = axis.get_ylim()
+    assert low < np.degrees(0.5) - 0.5 and high > np.degrees(0.5) + 0.5
 
 
 def test_titles_of_pictures_say_what_was_found():

@@ -109,6 +109,15 @@ def test_r2_and_rmse_are_those_computed_by_hand(make_trials, along):
     assert [row["held_out"] for row in rows] == [False, False, False, True]
 
 
+def test_of_a_torque_that_never_changes_nothing_is_explained(make_trials, base):
+    """But for rounding of it."""
+    trials = make_trials(noise_deg=0.0)
+    angle = trials.angle.copy()
+    angle[3] = 0.7
+    table = compare_torque([Along(base, make_record(replace(trials, angle=angle), base, 0.05), {})])
+    assert (table["r2"].isna() == (table["trial"] == "4")).all() and np.isfinite(table["rmse_Nm"]).all()
+
+
 @pytest.mark.parametrize("value", [1e15, 1e308, np.inf, np.nan])
 def test_a_model_whose_torque_overflows_has_an_infinite_row(make_trials, base, value):
     trials = make_trials(noise_deg=0.0)

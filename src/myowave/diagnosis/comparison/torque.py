@@ -25,6 +25,7 @@ from myowave.identification.torque import TorqueBalance, windows_of
 from myowave.physics.simulation import between_samples
 
 COLUMNS = ["model", "trial", "held_out", "rmse_Nm", "r2"]
+ROUNDING = 1e-9  # a torque that varies by no larger share of itself is constant
 OVERFLOWN_NM = 1e9  # a torque beyond this is none
 
 
@@ -86,9 +87,10 @@ def score(name: str, needed: Array, given: Array, balance: TorqueBalance) -> lis
         rmse, r2 = np.nan, np.nan
         if inside.any():
             left, variance = (needed - given)[trial, inside], float(needed[trial, inside].var())
+            moves = np.sqrt(variance) > ROUNDING * np.abs(needed[trial, inside]).max()
             rmse, r2 = np.inf, -np.inf
             if (np.abs(left) < OVERFLOWN_NM).all():
                 rmse = float(np.sqrt((left**2).mean()))
-                r2 = 1 - rmse**2 / variance if variance > 0 else np.nan
+                r2 = 1 - rmse**2 / variance if moves else np.nan
         rows.append(dict(zip(COLUMNS, (name, label, not balance.record.training[trial], rmse, r2), strict=True)))
     return rows

@@ -53,6 +53,7 @@ STATUS = {
     "not needed": (SKY, "no evidence"),
     "failed": (MEASURED, "cannot be fitted"),
 }
+STILL_DEG = 1.0  # shown at least above and below an angle, which may never move
 WIDE = 10.0  # ratio of errors from which the axis is logarithmic
 NETWORKS = ((GREEN, "^"), (ORANGE, "v"), (PINK, "D"), (MODEL, "P"))  # colour and marker of each kind of network
 
@@ -108,7 +109,8 @@ def draw_glance(
         label, look = shown.get(str(model), ("network", {"color": GREEN, "linestyle": "-."}))
         axis.plot(one["time_s"], np.degrees(one["predicted_rad"]), linewidth=1.3, label=label, **look)
     low, high = np.degrees(measured["angle_rad"].min()), np.degrees(measured["angle_rad"].max())
-    axis.set_ylim(low - 0.3 * (high - low), high + 0.3 * (high - low))  # a model that runs away hides nothing
+    beyond = max(0.3 * (high - low), STILL_DEG)  # no farther: a model that runs away hides nothing
+    axis.set_ylim(low - beyond, high + beyond)
     axis.set(xlabel="time [s]", ylabel="angle [deg]")
     legend(figure, axis, columns=2)
     return figure
