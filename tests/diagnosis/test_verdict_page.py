@@ -467,6 +467,21 @@ def test_that_the_load_says_as_much_as_muscles_is_told_only_where_it_does(of_pos
     assert "check the constants, the EMG, the loads" in told["plan"]
 
 
+@pytest.mark.parametrize(
+    ("kind", "of_posture"), [("partial", 0.3), ("partial", 0.95), ("effect", 0.3), ("effect", 0.95)]
+)
+def test_the_headline_and_the_torque_agree_on_whether_a_verdict_on_the_muscles_can_stand(kind, of_posture, facts):
+    """Noise takes most of a torque: a model that leaves nothing else of whole trials is no worse for that."""
+    r2 = {"base": 0.8, "base+joint_damping": 0.9, "posture and speed": of_posture, "EMG without physics": 0.2}
+    told = tell(facts(verdict=kind, torque={"held_out": True, "r2": r2}))
+    little, doubtful = of_posture > 0.9, kind == "partial" and of_posture > 0.9
+    assert told["headline"].startswith("Doubtful: damping" if doubtful else "Missing: damping")
+    assert ("explain less than posture and speed do" in told["torque"]) == little
+    for part in ("lead", "torque"):
+        assert ("no verdict on the muscles can stand" in told[part]) == doubtful
+    assert ("follows the training trials to within noise" in told["torque"]) == (little and not doubtful)
+
+
 @pytest.mark.parametrize("of_emg", [-1.1, 0.5])
 def test_what_explains_less_than_a_constant_torque_tells_nothing(of_emg, facts):
     """However far below 0 the others are; and what below 0 means stands behind the numbers that are."""

@@ -69,6 +69,8 @@ def tell(verdict: Verdict, ladder: pd.DataFrame | None = None) -> dict[str, Any]
         "disagrees": disagrees(verdict),
         "needs_others": needs_others(verdict),
         "says_little": says_little(verdict),
+        "outdone": is_outdone(verdict),
+        "doubtful": is_doubtful(verdict),
     }
     told = templates().get_template("sentences.j2").make_module(variables)
     parts = {name: part for name, part in vars(told).items() if not name.startswith("_")}
@@ -119,13 +121,28 @@ def needs_others(verdict: Verdict) -> bool:
     return bool(verdict["electrodes"]) and (not verdict["follows"] or says_little(verdict))
 
 
-def says_little(verdict: Verdict) -> bool:
-    """Whether a constant, posture and speed, or these with the load where it is known, explain the torque as well as
-    EMG and muscles do."""
+def is_outdone(verdict: Verdict) -> bool:
+    """Whether a constant, or posture and speed, explain the torque as well as EMG and muscles do."""
     r2, found = verdict["torque"]["r2"], verdict["model"]
     if r2[POSTURE] is None or r2[found] is None:
         return False
-    return not r2[found] > max(r2[POSTURE], 0) + AS_GOOD or r2[found] < r2.get(POSTURE_LOAD, -math.inf) - AS_GOOD
+    return not r2[found] > max(r2[POSTURE], 0) + AS_GOOD
+
+
+def is_doubtful(verdict: Verdict) -> bool:
+    """Whether no verdict on the muscles can stand: they are outdone, and their model leaves more than noise. One that
+    leaves noise alone of whole trials has shown more than torques do, from which noise of the angle takes most."""
+    leaves = not verdict["follows"] or leaves_more(verdict)
+    return bool(verdict["electrodes"]) and leaves and is_outdone(verdict)
+
+
+def says_little(verdict: Verdict) -> bool:
+    """Whether a constant, posture and speed, or these with the load where it is known, explain the torque as well as
+    EMG and muscles do."""
+    r2 = verdict["torque"]["r2"]
+    explained = r2[verdict["model"]]
+    with_load = explained is not None and explained < r2.get(POSTURE_LOAD, -math.inf) - AS_GOOD
+    return is_outdone(verdict) or (r2[POSTURE] is not None and with_load)
 
 
 def adding_command(verdict: Verdict, *, recipes: Sequence[str] = ("rollout",), config_files: Sequence[str] = ()) -> str:
