@@ -200,6 +200,14 @@ def test_a_cut_that_keeps_nothing_is_refused_with_the_times_of_the_files(folder,
     assert prepare(folder, cut_s={"a": [9.0, 40.0]})[0].trials.lengths[0] == 1100
 
 
+@pytest.mark.parametrize(("trials", "test", "told"), [("ab", "b", True), ("abc", "bc", True), ("abc", "c", False)])
+def test_one_trial_to_train_on_is_told(folder, trials, test, told):
+    findings = prepare(folder, trials=tuple(trials), test=list(test))[1]["findings"]
+    few = [f for f in findings if f["check"] == "few trials"]
+    assert [f["found"] for f in few] == [f"only a to train on, and to test {', '.join(test)}"] * told
+    assert all("record four trials or more" in f["do"] for f in few)
+
+
 def test_files_of_a_trial_that_begin_apart_are_told_until_it_is_said_why(folder):
     def starts(**changes):
         return {f["trial"]: f for f in prepare(folder, **changes)[1]["findings"] if f["check"] == "starts"}

@@ -140,6 +140,11 @@ def _never_straight(prepared: Prepared) -> str | None:
     return f"from {low:.0f} to {high:.0f} deg over all trials, and never below {BENT_DEG:g}" if low > BENT_DEG else None
 
 
+def _one_trains(prepared: Prepared) -> str | None:
+    train, test = prepared.trials.train, prepared.trials.test
+    return f"only {train[0]} to train on, and to test {', '.join(test)}" if len(train) == 1 else None
+
+
 def _no_load(prepared: Prepared) -> str | None:
     trials = prepared.trials
     loads = [trials.conditions.get(name, {}).get("load") for name in trials.names]
@@ -162,6 +167,9 @@ SESSION = (
     Check("never straight", _never_straight,
           "Is this 180 minus the angle? Where 180 is the straight arm, set sign: -1 and offset_deg: 180 of the "
           "angle."),
+    Check("few trials", _one_trains,
+          "What a load or an electrode changes between trials cannot be told from the muscles, and one test trial does "
+          "not show how errors scatter: record four trials or more, or name fewer under test."),
     Check("load", _no_load,
           "Was the hand empty? Else say under conditions what was in it [kg]; what is not said is 0.", "note"),
 )  # fmt: skip
