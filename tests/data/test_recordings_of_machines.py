@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 from scipy.io import savemat
 
+from myowave.data.checks.finding import in_sentences
 from myowave.data.importing import import_trials
 from myowave.data.store import read_trials, write_trials
 from myowave.settings import MeasuredDataset, RecordedDataset
@@ -16,7 +17,8 @@ KT, OHM = 0.4, 2.0
 
 @pytest.fixture
 def make(tmp_path):
-    """Two recordings with uneven times, imported: (changes of the block) -> trials."""
+    """Two recordings with uneven times, imported: (changes of the block) -> trials; `told` is what was doubtful."""
+    told: list[str] = []
     random = np.random.default_rng(0)
     for name in ("one", "two"):
         time = np.cumsum(random.uniform(0.008, 0.012, 600))
@@ -36,10 +38,12 @@ def make(tmp_path):
             **changes,
         }
         with chdir(tmp_path):
-            prepared, _ = import_trials("machine", RecordedDataset.model_validate(block))
+            prepared, quality = import_trials("machine", RecordedDataset.model_validate(block))
+        told[:] = in_sentences(quality)
         write_trials(prepared.trials, tmp_path / "trials.parquet")
         return read_trials(tmp_path / "trials.parquet")
 
+    imported.told = told
     return imported
 
 
@@ -107,6 +111,27 @@ def test_only_what_is_uneven_is_brought_to_another_rate_and_never_to_one_that_fo
     assert even.dt == pytest.approx(1 / 500)
     with pytest.raises(ValueError, match=r"one.csv: angle_rad is sampled unevenly, .* resample_hz is 40, which would"):
         make(layout={"resample_hz": 40})
+
+
+def test_a_machine_may_turn_over_and_an_angle_that_leaps_by_a_turn_is_told(make, tmp_path):
+    make()
+    assert not make.told
+    for path in tmp_path.glob("*.csv"):
+        table = pd.read_csv(path)
+        table["angle_rad"] = 3 * table["time_s"] + np.sin(table["time_s"])
+        table.to_csv(path, index=False)
+    trials = make()
+    assert np.degrees(trials.angle).max() > 900
+    (told,) = make.told
+    assert "trial one, angle; trial two, angle: more than half a turn: in the first, goes from " in told
+    assert "If the machine did not turn over, correct unit" in told
+    for path in tmp_path.glob("*.csv"):
+        table = pd.read_csv(path)
+        table["angle_rad"] = (table["angle_rad"] + np.pi) % (2 * np.pi) - np.pi
+        table.to_csv(path, index=False)
+    make()
+    (told,) = make.told
+    assert "trial one, angle; trial two, angle: jump of the angle: in the first, goes by -" in told
 
 
 def test_the_part_in_which_a_column_has_a_value_is_kept(make):

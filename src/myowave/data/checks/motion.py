@@ -1,8 +1,9 @@
-"""Doubts about angles: of the elbow, and of whatever leans."""
+"""Doubts about angles: of the elbow, of a machine, and of whatever leans."""
 
 import numpy as np
 
 from myowave.data.checks.finding import Check
+from myowave.data.checks.values import HALF_TURN_DEG
 from myowave.data.processing.sampled import Sampled
 
 JUMP_DEG, JUMP_DEG_S2, JUMP_NOISE = 2.0, 1.0e4, 9.0
@@ -38,6 +39,11 @@ def _span(of: Sampled) -> tuple[float, float, str]:
     """Smallest and largest angle [deg], also in words."""
     low, high = (float(np.degrees(end)) for end in (of.values.min(), of.values.max()))
     return low, high, f"goes from {low:.0f} to {high:.0f} deg"
+
+
+def _turned_over(of: Sampled) -> str | None:
+    low, high, span = _span(of)
+    return span if max(-low, high) > HALF_TURN_DEG else None
 
 
 def _negated(of: Sampled) -> str | None:
@@ -84,6 +90,11 @@ ELBOW = (
     Check("little motion", _still,
           "What depends on posture cannot be identified from it: record larger motions, or correct the unit where "
           "it is in rad."),
+)  # fmt: skip
+MACHINE = (
+    JUMP,
+    Check("more than half a turn", _turned_over,
+          "If the machine did not turn over, correct unit (deg or rad), sign or offset_deg of the angle."),
 )  # fmt: skip
 EXTRA = (
     JUMP,

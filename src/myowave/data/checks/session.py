@@ -19,7 +19,7 @@ from myowave.data.checks.emg import (
     away_from_peak,
 )
 from myowave.data.checks.finding import Check, Finding
-from myowave.data.checks.motion import ELBOW, EXTRA, STILL_LEAN
+from myowave.data.checks.motion import ELBOW, EXTRA, MACHINE, STILL_LEAN
 from myowave.data.recording import Prepared
 from myowave.data.trials import Array
 from myowave.settings.recording import Processing
@@ -56,9 +56,9 @@ def find_faults(prepared: Prepared, processing: Processing, sides: Mapping[str, 
                 yield from check.of(what, name, channel)
             yield from COPIED.of((signal.values, {b.name: b.raw.emg[channel].values for b in earlier}), name, channel)
         yield from CROSS_TALK.of({c: s for c, s in raw.emg.items() if forms[c] == "raw"}, name)
-        if forms:  # a machine goes where no elbow does
-            for check in ELBOW:
-                yield from check.of(raw.angle, name, "angle")
+        for check in ELBOW if forms else MACHINE:  # a machine goes where no elbow does
+            yield from check.of(raw.angle, name, "angle")
+        if forms:
             yield from COPIED.of((raw.angle.values, {b.name: b.raw.angle.values for b in earlier}), name, "angle")
         for key, signal in raw.signals.items():
             for check in EXTRA if signal.unit == "rad" else ():

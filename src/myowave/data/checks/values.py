@@ -101,13 +101,14 @@ _ARTEFACT = "Look for an artefact there and cut it off with cut_s, or name a str
 
 
 def _odd_problems(one: Recording) -> Iterator[str]:
-    """Angles beyond half a turn, an elbow that is still or looks like the other unit, a torque that no elbow gives."""
+    """An arm beyond half a turn, an angle that is still or looks like the other unit, a torque that no elbow gives."""
     angle, unit = np.degrees(one.angle), one.raw.angle.written
     named = "If it was written in deg, name that unit (or call the column angle_deg); else correct sign or offset_deg."
     straight = "Correct its unit, sign or offset_deg; where 180 is the straight arm, sign: -1 and offset_deg: 180."
     far = straight if unit == "deg" else named
     still = "The sensor was off, or the column is another one: correct it, or leave the trial out."
-    odd = list(_odd(one, "the angle", angle, "deg", HALF_TURN_DEG, far, still))
+    most = HALF_TURN_DEG if one.emg else math.inf  # a machine may turn over
+    odd = list(_odd(one, "the angle", angle, "deg", most, far, still))
     yield from odd
     if not odd and unit == "deg" and np.abs(angle).max() < math.pi:
         yield (
