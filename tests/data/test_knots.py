@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.interpolate import make_interp_spline
 
 from myowave.data.knots import knots_of, straight
 from myowave.identification.noise import noise_of
@@ -40,6 +41,13 @@ def test_a_smooth_noisy_still_or_rounded_angle_runs_along_no_lines():
     assert knots_of([np.round(np.sin(at / 20), 1)]) is None
     slow = [45 + 6 * np.sin(np.pi / 2 * (np.arange(6000) / 1000 + late)) for late in (0.0, 0.7, 1.1)]
     assert knots_of([np.radians(np.round(angle)) for angle in slow]) is None, "few kinks are no lines"
+
+
+@pytest.mark.parametrize("step", [1.2, 1.736, 2.5, 5.5975])
+def test_smooth_curves_through_measured_values_are_no_lines(step):
+    random = np.random.default_rng(3)
+    angles = [make_interp_spline(np.arange(300.0), walk(random, 300))(np.arange(0.4, 299, 1 / step)) for _ in range(3)]
+    assert knots_of(angles) is None
 
 
 @pytest.mark.parametrize("step", [1.0, 1.736, 2.5169, 3.0, 5.5975])

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
+from scipy.interpolate import make_interp_spline
 from scipy.signal import butter, sosfiltfilt
 
 from myowave.diagnosis.causes import EMG_NOISE, OUTSIDE
@@ -44,6 +45,11 @@ def emg_made_noisy(trials):
 
 def filtered(trials):
     return replace(trials, angle=sosfiltfilt(butter(2, 6.0, fs=1 / trials.dt, output="sos"), trials.angle, axis=1))
+
+
+def on_a_finer_grid(trials):
+    at = np.arange(trials.angle.shape[1])
+    return replace(trials, angle=make_interp_spline(at[::2], trials.angle[:, ::2], axis=1)(at))
 
 
 def clock_drifted(trials):
@@ -143,6 +149,15 @@ def test_a_filter_is_told_by_the_noise_and_not_by_what_a_model_lacks(recorded):
     )
     assert seen.sensor.corner_hz == pytest.approx(6.0, rel=0.2)
     assert plain.sensor.corner_hz is None
+
+
+def test_an_angle_brought_smoothly_to_a_finer_grid_lacks_nothing(recorded, few):
+    """A steep filter has then taken all noise that was faster than the coarse grid."""
+    fit = recorded(on_a_finer_grid)
+    found = judged(fit, few)
+    sensor = found.best.view.sensor
+    assert (found.kind, found.named) == ("adequate", ())
+    assert sensor.order > 2 and sensor.corner_hz == pytest.approx(0.25 / fit.record.dt, rel=0.2)
 
 
 def test_a_residual_is_the_same_to_first_order_wherever_a_piece_is_linearised(recorded, base, free):

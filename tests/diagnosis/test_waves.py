@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.linalg import toeplitz
 from scipy.signal import butter, sosfiltfilt
 
 from myowave.data.knots import straight
@@ -59,13 +60,13 @@ def test_amplitudes_answer_to_pushes_as_the_motion_does(make_fit):
     assert found == pytest.approx(expected, rel=1e-8, abs=1e-11)
 
 
-@pytest.mark.parametrize("samples", [12, 16, 500])
-def test_what_is_seen_through_a_filter_is_what_the_filter_makes_of_a_motion(samples):
+@pytest.mark.parametrize("samples, order", [(12, 2), (16, 2), (500, 2), (500, 4), (500, 8)])
+def test_what_is_seen_through_a_filter_is_what_the_filter_makes_of_a_motion(samples, order):
     random, corner_hz = np.random.default_rng(0), 2.0
     waves, motion = random.standard_normal((samples, 5)), random.standard_normal(samples)
-    sos = butter(2, corner_hz, fs=100.0, output="sos")
+    sos = butter(order, corner_hz, fs=100.0, output="sos")
     filtered = sosfiltfilt(sos, motion) if samples > SHORTEST else motion
-    seen, _ = Sensor(corner_hz).seen(0, waves, 0.01)
+    seen, _ = Sensor(corner_hz, order).seen(0, waves, 0.01)
     assert seen.T @ motion == pytest.approx(waves.T @ filtered, rel=1e-9, abs=1e-12)
 
 
@@ -86,6 +87,15 @@ def test_a_recording_on_straight_lines_leaves_nothing_through_them_wherever_each
     recorded = replace(fit, record=replace(fit.record, angle=seen))
     through, plain = (View.of(fit, sensor).left(recorded).abs().max() for sensor in (Sensor(knots=knots), Sensor()))
     assert through < 1e-9 < plain
+
+
+def test_noise_with_a_memory_is_alike_for_as_long(make_fit):
+    view = View.of(make_fit())
+    alike = toeplitz(np.exp(-np.arange(view.waves.shape[1]) * view.dt / 0.2))
+    expected = np.einsum("tnw,nm,tmv->twv", view.waves, alike, view.waves)
+    (within, above), band = view.with_memory(0.2), view.sizes[0]
+    assert within.numpy() == pytest.approx(expected[:, :band, :band], rel=1e-9, abs=1e-9)
+    assert above.numpy() == pytest.approx(np.einsum("tww->tw", expected)[:, band:], rel=1e-9, abs=1e-9)
 
 
 def test_the_band_holds_the_motion_of_long_trials(make_fit):

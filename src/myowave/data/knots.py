@@ -33,14 +33,17 @@ def knots_of(angles: Sequence[Array]) -> list[Array] | None:
         return None
     bent = sum(float((np.diff(angle, 2) ** 2).sum()) for angle in angles)
 
-    def bends_left(place: Array) -> Array:
-        """Second differences of what lines leave of all trials, by a step and a knot of each trial, (1 + T,)."""
-        return np.concatenate([np.diff(_off_lines(a, b, place[0]), 2) for a, b in zip(angles, place[1:], strict=True)])
+    def bends_left(place: Array, degree: int = 1) -> Array:
+        """Second differences of what splines leave of all trials, by a step and a knot of each trial, (1 + T,)."""
+        left = [a - _nearest(_knots(len(a), b, place[0]), a, degree) for a, b in zip(angles, place[1:], strict=True)]
+        return np.concatenate([np.diff(own, 2) for own in left])
 
     def worse_elsewhere(place: Array, left: float) -> bool:
         elsewhere = place + place[0] / 2 * (np.arange(len(place)) > 0)
-        kept, moved = (float((bends_left(at) ** 2).sum()) for at in (place, elsewhere))
-        return kept < left * min(moved, bent)
+        kept, moved, curved = (
+            float((bends_left(at, degree) ** 2).sum()) for at, degree in ((place, 1), (elsewhere, 1), (place, 3))
+        )
+        return kept < min(left * moved, left * bent, curved)
 
     def knots_at(place: Array) -> list[Array]:
         return [_knots(len(a), b, place[0]) for a, b in zip(angles, place[1:], strict=True)]
@@ -82,19 +85,25 @@ def _knots(samples: int, begin: float, step: float) -> Array:
     return first + step * np.arange(np.ceil((samples - 1 - first - ON_SAMPLE) / step) + 1)
 
 
-def _off_lines(angle: Array, begin: float, step: float) -> Array:
-    """What is left of an angle by the lines through knots that are nearest to it, (N,)."""
-    knots = _knots(len(angle), begin, step)
-    return np.asarray(angle - straight(len(angle), knots) @ values_at(knots, angle))
-
-
 def values_at(knots: Array, angle: Array) -> Array:
     """Values (Q,) at knots, the lines through which are nearest to an angle (N,); where it runs along such lines, what
     was measured."""
-    lines = straight(len(angle), knots)
-    products = lines.T @ lines
-    bands = np.stack([np.r_[0.0, products.diagonal(1)], products.diagonal() + 1e-12])  # a last knot may see no sample
-    return np.asarray(solveh_banded(bands, lines.T @ angle))
+    return _weights(straight(len(angle), knots), angle, 1)
+
+
+def _nearest(knots: Array, angle: Array, degree: int) -> Array:
+    """The spline with knots that is nearest to an angle, (N,)."""
+    ends = np.r_[[knots[0]] * degree, knots, [knots[-1]] * degree]
+    basis = BSpline.design_matrix(np.arange(float(len(angle))), ends, k=degree, extrapolate=True)
+    return np.asarray(basis @ _weights(basis, angle, degree))
+
+
+def _weights(basis: csr_array, angle: Array, degree: int) -> Array:
+    """Of splines, each of which meets as many next ones as their degree, so that their sum is nearest to an angle."""
+    products = basis.T @ basis
+    bands = [np.pad(products.diagonal(n), (n, 0)) for n in range(degree, 0, -1)]
+    bands.append(products.diagonal() + 1e-12)  # at the ends some may meet no sample
+    return np.asarray(solveh_banded(np.stack(bands), basis.T @ angle))
 
 
 def straight(samples: int, knots: Array, *, at_knots: bool = False) -> csr_array:

@@ -5,7 +5,6 @@ above it, see `waves`.
 """
 
 from collections.abc import Collection
-from dataclasses import replace
 
 import numpy as np
 import torch
@@ -101,9 +100,9 @@ def residual_of(fit: Fit, view: View, catalogue: Collection[str] = ()) -> Residu
 
 def residual_above(fit: Fit, view: View) -> Residual:
     """What a fit leaves of the waves above the band of the motion alone: noise of the sensor."""
-    noises = [replace(c, blocks=None) for c in (*_white(view), coloured(view, view.memory_s))]
-    within, above = view.sizes
-    return Residual(view.left(fit)[:, within:], view.above.there, tuple(noises), above)
+    view = view.above_alone
+    noises = (*_white(view), coloured(view, view.memory_s))
+    return Residual(view.left(fit), view.there, noises, view.sizes[1])
 
 
 def _white(view: View) -> tuple[Component, Component]:

@@ -17,7 +17,6 @@ from myowave.data.knots import straight
 from myowave.data.trials import Array
 
 SHORTEST = 15  # samples that a filter forwards and backwards is longer than
-EDGE = 9  # samples by which such a filter goes on beyond both ends, as `scipy.signal.sosfiltfilt` does
 
 
 @dataclass(frozen=True)
@@ -25,6 +24,7 @@ class Sensor:
     """How an angle came to be recorded."""
 
     corner_hz: float | None = None  # of the low-pass that it has passed, as programs name it; None: none
+    order: int = 2  # of that low-pass, of which a high one passes what an interpolation of measured values does
     # places in each trial [samples] at which the angle was measured, and between which it runs straight; None: at all
     knots: Sequence[Array] | None = None
 
@@ -39,18 +39,19 @@ class Sensor:
         samples, knots = len(waves), None if self.knots is None else self.knots[trial]
         measured = waves if knots is None else straight(samples, knots).T @ waves
         if self.corner_hz is not None:
-            measured = _transposed_low_pass(measured, 2 * self.corner_hz * dt * self.step)
+            measured = _transposed_low_pass(measured, 2 * self.corner_hz * dt * self.step, self.order)
         return measured if knots is None else straight(samples, knots, at_knots=True).T @ measured, measured
 
 
-def _transposed_low_pass(waves: Array, corner: float) -> Array:
+def _transposed_low_pass(waves: Array, corner: float, order: int) -> Array:
     """By which signals before a filter are to be multiplied, as they are by waves (N, W) behind it; its corner in units
     of the highest frequency."""
-    # ASSUME: a Butterworth filter of second order forwards and backwards, as motion capture's (Winter 2009).
-    if len(waves) <= SHORTEST or corner >= 1:
+    # ASSUME: a Butterworth filter forwards and backwards, as motion capture's of second order (Winter 2009).
+    edge = 3 * (order + 1)  # samples by which it goes on beyond both ends, as `scipy.signal.sosfiltfilt` does
+    if len(waves) <= max(SHORTEST, edge) or corner >= 1:
         return waves
-    sos = butter(2, corner, output="sos")
-    resting, _ = sosfilt(sos, np.zeros(len(waves) + 2 * EDGE), zi=sosfilt_zi(sos))  # begun at rest at 1
+    sos = butter(order, corner, output="sos")
+    resting, _ = sosfilt(sos, np.zeros(len(waves) + 2 * edge), zi=sosfilt_zi(sos))  # begun at rest at 1
 
     def once(later: Array) -> Array:
         """The same of one of its two passes, which begins at rest at the first value."""
@@ -58,9 +59,9 @@ def _transposed_low_pass(waves: Array, corner: float) -> Array:
         return np.concatenate([back[:1] + resting @ later, back[1:]])
 
     # Before the filter a signal goes on beyond both ends, turned about each.
-    beyond = once(once(np.pad(waves, ((EDGE, EDGE), (0, 0)))[::-1])[::-1])
-    found = beyond[EDGE:-EDGE].copy()
-    for inwards, turned in ((found, beyond[:EDGE][::-1]), (found[::-1], beyond[-EDGE:])):
+    beyond = once(once(np.pad(waves, ((edge, edge), (0, 0)))[::-1])[::-1])
+    found = beyond[edge:-edge].copy()
+    for inwards, turned in ((found, beyond[:edge][::-1]), (found[::-1], beyond[-edge:])):
         inwards[0] += 2 * turned.sum(0)
-        inwards[1 : EDGE + 1] -= turned
+        inwards[1 : edge + 1] -= turned
     return found

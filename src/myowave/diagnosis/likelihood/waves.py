@@ -12,8 +12,7 @@ from functools import cached_property
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from scipy.linalg import matmul_toeplitz
-from scipy.signal import periodogram
+from scipy.signal import lfilter, periodogram
 from torch import Tensor
 
 from myowave.data.trials import Array
@@ -53,6 +52,12 @@ class Waves:
             frequency[t, : len(number)] = number / (2 * length * dt)
         seen = torch.from_numpy(waves)
         return cls(seen, torch.from_numpy(there), frequency, seen, seen)
+
+    @property
+    def none(self) -> "Waves":
+        """No wave of them."""
+        none, noise = self.waves[..., :0], self.noise[..., :0]
+        return Waves(none, self.there[:, :0], self.frequency[:, :0], none, noise)
 
     def through(self, sensor: Sensor, lengths: NDArray[np.int64], dt: float) -> "Waves":
         """The same waves as a sensor sees them."""
@@ -99,6 +104,11 @@ class View:
         return replace(self, sensor=sensor, band=band, above=above)
 
     @property
+    def above_alone(self) -> "View":
+        """The same without the waves in the band of the motion."""
+        return replace(self, band=self.band.none)
+
+    @property
     def sizes(self) -> list[int]:
         """How many waves there are in the band and above, W and H."""
         return [self.band.there.shape[1], self.above.there.shape[1]]
@@ -135,10 +145,10 @@ class View:
 
 def _remembered(waves: Tensor, memory: float) -> Tensor:
     """The correlation of noise that falls by a factor of e over so many samples, times waves (T, N, W)."""
-    fall = np.exp(-np.arange(waves.shape[1]) / memory)
-    columns = waves.transpose(0, 1)
-    found = matmul_toeplitz(fall, columns.flatten(1).numpy(), check_finite=False)
-    return torch.from_numpy(found).reshape(columns.shape).transpose(0, 1)
+    fall = [1.0], [1.0, -np.exp(-1 / memory)]
+    before = torch.from_numpy(lfilter(*fall, waves, axis=1))
+    after = torch.from_numpy(lfilter(*fall, waves.flip(1), axis=1)).flip(1)
+    return before + after - waves
 
 
 def edge_of(fit: Fit) -> float:

@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
+from operator import itemgetter
 
 import numpy as np
 from scipy.special import softmax
@@ -34,7 +35,8 @@ REFITS, IDEAL, PAIRS = 3, 2, 2  # that are fitted from one model
 CLEARLY = 5.0  # nats
 HOPELESS = 1.0  # nats that an effect may promise less than the model without it, and still be fitted
 WORTH_FOLLOWING = 10.0  # of the objective without an effect: what a fresh start with it may begin at
-CORNERS = 3.0 * 4.0 ** (np.arange(7) / 6)  # of filters, in units of the motion's edge
+FINER = 4.0 ** (1 / 6)  # of a filter's corner that is tried to the next one
+ORDERS = 2, 4, 8  # of filters: motion capture's, one twice as steep, and what interpolates measured values smoothly
 
 
 @dataclass
@@ -276,24 +278,23 @@ def _fitted(top: Hypothesis, begin: Fit, effects: tuple[str, ...], leader: float
 def through_likely_filter(fit: Fit, view: View) -> View:
     """How trials are looked at, the angle through the filter that makes what a fit leaves above the band of the motion
     most likely, or through none."""
+    above, lowest, highest = view.above_alone, 3.0 * view.edge_hz, 0.45 / (fit.record.dt * view.sensor.step)
+    steps = range(int(np.log(max(highest / lowest, 1.0)) / np.log(FINER)) + 1 if view.above.there.any() else 0)
 
-    def likely(corner_hz: float | None) -> float:
-        residual = residual_above(fit, view.through(replace(view.sensor, corner_hz=corner_hz)))
+    def likely(sensor: Sensor) -> float:
+        residual = residual_above(fit, above.through(sensor))
         with_or_without = max(most_likely(residual, on).value for on in ((), (COLOURED,)))
-        return with_or_without - (0.0 if corner_hz is None else COST)
+        return with_or_without - (0.0 if sensor.corner_hz is None else COST)
 
-    tried: dict[float | None, float] = {None: likely(None)}
-    highest = 0.45 / (fit.record.dt * view.sensor.step)
+    def likeliest(best: tuple[float, Sensor], corners: Iterable[float], orders: Iterable[int]) -> tuple[float, Sensor]:
+        filters = [replace(best[1], corner_hz=hz, order=n) for n in orders for hz in corners if hz < highest]
+        return max([best, *((likely(sensor), sensor) for sensor in filters)], key=itemgetter(0))
 
-    def best_with(corners: Iterable[float]) -> float | None:
-        tried.update({corner_hz: likely(corner_hz) for corner_hz in corners if corner_hz < highest})
-        return max(tried, key=lambda c: tried[c])
-
-    corner = best_with((CORNERS * view.edge_hz).tolist() if view.above.there.any() else [])
-    for finer in (0.5, 0.25):
-        ratio = (CORNERS[1] / CORNERS[0]) ** finer
-        corner = None if corner is None else best_with((corner * ratio, corner / ratio))
-    return view.through(replace(view.sensor, corner_hz=corner))
+    best = likeliest((likely(view.sensor), view.sensor), [lowest * FINER**n for n in steps], ORDERS)
+    for finer in (FINER**0.5, FINER**0.25):
+        if (corner := best[1].corner_hz) is not None:
+            best = likeliest(best, (corner * finer, corner / finer), [best[1].order])
+    return view.through(best[1])
 
 
 def _of_called_for_emg(model: Hypothesis, recorded: Fit) -> Hypothesis:
