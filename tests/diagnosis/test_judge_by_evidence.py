@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import torch
 from scipy.interpolate import make_interp_spline
-from scipy.signal import butter, sosfiltfilt
+from scipy.signal import butter, resample_poly, sosfiltfilt
 
 from myowave.diagnosis.causes import EMG_NOISE, OUTSIDE
 from myowave.diagnosis.likelihood.algebra import Covariance
@@ -47,9 +47,14 @@ def filtered(trials):
     return replace(trials, angle=sosfiltfilt(butter(2, 6.0, fs=1 / trials.dt, output="sos"), trials.angle, axis=1))
 
 
-def on_a_finer_grid(trials):
+def along_splines(trials):
     at = np.arange(trials.angle.shape[1])
     return replace(trials, angle=make_interp_spline(at[::2], trials.angle[:, ::2], axis=1)(at))
+
+
+def by_polyphase_filter(trials):
+    angle = resample_poly(trials.angle[:, ::2], 2, 1, axis=1, padtype="line")
+    return replace(trials, angle=angle[:, : trials.angle.shape[1]])
 
 
 def clock_drifted(trials):
@@ -151,7 +156,8 @@ def test_a_filter_is_told_by_the_noise_and_not_by_what_a_model_lacks(recorded):
     assert plain.sensor.corner_hz is None
 
 
-def test_an_angle_brought_smoothly_to_a_finer_grid_lacks_nothing(recorded, few):
+@pytest.mark.parametrize("on_a_finer_grid", [along_splines, by_polyphase_filter])
+def test_an_angle_brought_smoothly_to_a_finer_grid_lacks_nothing(recorded, few, on_a_finer_grid):
     """A steep filter has then taken all noise that was faster than the coarse grid."""
     fit = recorded(on_a_finer_grid)
     found = judged(fit, few)

@@ -98,6 +98,17 @@ def test_noise_with_a_memory_is_alike_for_as_long(make_fit):
     assert above.numpy() == pytest.approx(np.einsum("tww->tw", expected)[:, band:], rel=1e-9, abs=1e-9)
 
 
+def test_waves_that_a_filter_stops_are_not_looked_at(make_fit):
+    fit = make_fit()
+    whole = View.of(fit, Sensor(corner_hz=6.0))
+    seen = whole.passed
+    warped, corner = (np.tan(np.pi * f * whole.dt) for f in (whole.above.frequency, 6.0))
+    power = (1 + (warped / corner) ** 4) ** -2.0  # of noise, forwards and backwards
+    assert not seen.above.there[power < 0.005].any() and not seen.above.waves.mT[power < 0.005].any()
+    assert seen.above.there[(power > 0.02) & whole.above.there.numpy()].all()
+    assert seen.sizes == whole.sizes and bool((seen.band.there == whole.band.there).all())
+
+
 def test_the_band_holds_the_motion_of_long_trials(make_fit):
     fit = make_fit()
     edge, times = View.of(fit).edge_hz, 40

@@ -25,6 +25,7 @@ NOISE_ABOVE = 3.0  # in units of the band's edge, below which there must be room
 # trial so long that this takes more than `MOST` waves: what the band leaves out of a motion looks like noise.
 REACH, AT_LEAST = 3.0, 2.0
 MOST, MOST_ABOVE = 110, 250  # waves of a trial in the band and above: more tell nothing of what is slow
+STOPPED = 0.01  # of the power of noise: where a sensor passes less, what it adds itself counts
 PERFECT = Sensor()
 MEMORIES_S = (0.05, 0.1, 0.2, 0.4, 0.8)  # of the sensor's noise, which are tried
 
@@ -107,6 +108,13 @@ class View:
     def above_alone(self) -> "View":
         """The same without the waves in the band of the motion."""
         return replace(self, band=self.band.none)
+
+    @property
+    def passed(self) -> "View":
+        """The same without the waves above the band that the sensor stops: it passed no noise that is there."""
+        above, kept = self.above, (self.above.noise**2).sum(1) > STOPPED
+        seen = {name: getattr(above, name) * kept[:, None] for name in ("waves", "motion", "noise")}
+        return replace(self, above=replace(above, there=above.there & kept, **seen))
 
     @property
     def sizes(self) -> list[int]:

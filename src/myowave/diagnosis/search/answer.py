@@ -93,14 +93,16 @@ class Answer:
         """Of the angle, what its filter has left of it [rad]."""
         covariance, samples, residual = self.best.covariance, self.best.fit.record.samples, self.best.residual
         within = above = 0.0
-        for name in ("floor", NOISE, COLOURED):
+        for name in (NOISE, COLOURED):
             if (size := covariance.sizes.get(name)) is not None:
                 component = residual.component(name)
                 assert component.blocks is not None and component.tail is not None
                 within += float(size**2 * component.blocks.diagonal(dim1=-2, dim2=-1).sum())
                 above += float(size**2 * component.tail.sum())
-        waves, waves_above = (int(band.there.sum()) for band in (self.best.view.band, self.best.view.above))
-        return float(np.sqrt((within + above * (samples - waves) / max(waves_above, 1)) / samples))
+        view = self.best.view
+        waves, waves_above = int(view.band.there.sum()), int((view.above.frequency > 0).sum())
+        filtered = (within + above * (samples - waves) / max(waves_above, 1)) / samples
+        return float(np.hypot(covariance.sizes["floor"], np.sqrt(filtered)))
 
 
 def answer_of(posterior: Posterior) -> Answer:

@@ -277,7 +277,7 @@ def _fitted(top: Hypothesis, begin: Fit, effects: tuple[str, ...], leader: float
 
 def through_likely_filter(fit: Fit, view: View) -> View:
     """How trials are looked at, the angle through the filter that makes what a fit leaves above the band of the motion
-    most likely, or through none."""
+    most likely, in what that passes; or through none."""
     above, lowest, highest = view.above_alone, 3.0 * view.edge_hz, 0.45 / (fit.record.dt * view.sensor.step)
     steps = range(int(np.log(max(highest / lowest, 1.0)) / np.log(FINER)) + 1 if view.above.there.any() else 0)
 
@@ -294,7 +294,7 @@ def through_likely_filter(fit: Fit, view: View) -> View:
     for finer in (FINER**0.5, FINER**0.25):
         if (corner := best[1].corner_hz) is not None:
             best = likeliest(best, (corner * finer, corner / finer), [best[1].order])
-    return view.through(best[1])
+    return view.through(best[1]).passed
 
 
 def _of_called_for_emg(model: Hypothesis, recorded: Fit) -> Hypothesis:
