@@ -93,8 +93,7 @@ def values_at(knots: Array, angle: Array) -> Array:
 
 def _nearest(knots: Array, angle: Array, degree: int) -> Array:
     """The spline with knots that is nearest to an angle, (N,)."""
-    ends = np.r_[[knots[0]] * degree, knots, [knots[-1]] * degree]
-    basis = BSpline.design_matrix(np.arange(float(len(angle))), ends, k=degree, extrapolate=True)
+    basis = _splines(np.arange(float(len(angle))), knots, degree)
     return np.asarray(basis @ _weights(basis, angle, degree))
 
 
@@ -111,4 +110,10 @@ def straight(samples: int, knots: Array, *, at_knots: bool = False) -> csr_array
     all samples its values at the knots, (Q, samples), those beyond its ends at its first or last value."""
     at = np.arange(samples, dtype=float)
     known, wanted = (at, knots.clip(0, samples - 1)) if at_knots else (knots, at)
-    return BSpline.design_matrix(wanted, known[[0, *range(len(known)), -1]], k=1, extrapolate=True)
+    return _splines(wanted, known, 1)
+
+
+def _splines(places: Array, knots: Array, degree: int) -> csr_array:
+    """B-splines between knots (Q,) at places, (places, Q + degree - 1); of degree 1 each is 1 at its knot."""
+    ends = np.r_[[knots[0]] * degree, knots, [knots[-1]] * degree]
+    return BSpline.design_matrix(places, ends, k=degree, extrapolate=True)

@@ -97,6 +97,12 @@ def braking(motor: RawMotor) -> float:
     return torque_per_volt(motor) * (motor.kt_Nm_A or 0.0)
 
 
+def _on_clock_of_emg(cut: Cut, settings: RecordedDataset) -> Cut:
+    """A cut, which is on the clock of an angle though none may be there, as the recorder of the EMG counts."""
+    late = settings.processing.emg_start_offset_s
+    return None if cut is None else (cut[0] - late, cut[1] - late)
+
+
 @dataclass
 class Reading:
     """Files read so far, columns used of them, and problems found: reading goes on, to find all of them."""
@@ -156,19 +162,17 @@ class Reading:
 
     def emg(self, trial: str, settings: RecordedDataset, cut: Cut) -> dict[str, Sampled]:
         """EMG of each channel [uV]; as it is where its unit is arbitrary, a fraction of 1 where it is one."""
-        late = settings.processing.emg_start_offset_s
-        cut = cut and (cut[0] - late, cut[1] - late)
+        cut = _on_clock_of_emg(cut, settings)
         factors = {channel: TO_FRACTION if one.form == "fraction" else TO_EMG for channel, one in settings.emg.items()}
         return {c: self._read(trial, f"emg.{c}", one, factors[c], cut) for c, one in settings.emg.items()}
 
     def maximum(self, name: str, settings: RecordedDataset) -> dict[str, Sampled]:
         """EMG of a maximum contraction that is no trial, as far as `cut_s` keeps it."""
-        emg = self.emg(name, settings, settings.cut_s.get(name))
-        if name not in settings.cut_s or any(len(one.values) == 1 for one in emg.values()):
+        emg, late = self.emg(name, settings, settings.cut_s.get(name)), settings.processing.emg_start_offset_s
+        cut = _on_clock_of_emg(settings.cut_s.get(name), settings)
+        if cut is None or any(len(one.values) == 1 for one in emg.values()):
             return emg
-        late = settings.processing.emg_start_offset_s  # `cut_s` is on the clock of an angle, though none may be there
-        low, high = (at - late for at in settings.cut_s[name])
-        kept = {channel: one.between(low, high) for channel, one in emg.items()}
+        kept = {channel: one.between(*cut) for channel, one in emg.items()}
         for channel, one in kept.items():
             whole, left = emg[channel], len(one.values) / one.rate
             if left < self.pace.shortest_s:

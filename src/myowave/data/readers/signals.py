@@ -88,10 +88,11 @@ class RawRecording:
     def between(self, signal: Signal, start: float, end: float, rate: float | None = None) -> Signal:
         """What a signal of the file holds from a time to another [s]; all of it where neither times nor the rate [Hz],
         stated by the file or else given, say when that was."""
-        rate = signal.rate or rate
-        if signal.time is None and rate is None:
-            return signal
-        time = np.arange(len(signal.values)) / (rate or 1.0) if signal.time is None else signal.time
+        time, rate = signal.time, signal.rate or rate
+        if time is None:
+            if rate is None:
+                return signal
+            time = np.arange(len(signal.values)) / rate
         inside = np.flatnonzero((time >= start) & (time <= end))
         first, last = (inside[0], inside[-1] + 1) if len(inside) else (0, 0)
         odd = {n - first: cell for n, cell in signal.odd.items() if first <= n < last}

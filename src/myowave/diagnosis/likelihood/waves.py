@@ -60,6 +60,11 @@ class Waves:
         none, noise = self.waves[..., :0], self.noise[..., :0]
         return Waves(none, self.there[:, :0], self.frequency[:, :0], none, noise)
 
+    def only(self, kept: Tensor) -> "Waves":
+        """Those that are kept (T, W); the others are 0."""
+        waves, motion, noise = (wave * kept[:, None] for wave in (self.waves, self.motion, self.noise))
+        return Waves(waves, self.there & kept, self.frequency, motion, noise)
+
     def through(self, sensor: Sensor, lengths: NDArray[np.int64], dt: float) -> "Waves":
         """The same waves as a sensor sees them."""
         seen = [sensor.seen(t, self.waves[t, :n].numpy(), dt) for t, n in enumerate(lengths)]
@@ -112,9 +117,7 @@ class View:
     @property
     def passed(self) -> "View":
         """The same without the waves above the band that the sensor stops: it passed no noise that is there."""
-        above, kept = self.above, (self.above.noise**2).sum(1) > STOPPED
-        seen = {name: getattr(above, name) * kept[:, None] for name in ("waves", "motion", "noise")}
-        return replace(self, above=replace(above, there=above.there & kept, **seen))
+        return replace(self, above=self.above.only((self.above.noise**2).sum(1) > STOPPED))
 
     @property
     def sizes(self) -> list[int]:
