@@ -106,8 +106,12 @@ def test_where_no_model_follows_no_effect_is_named(runaway, base, effects, ident
     summary = verdict_facts(found)
     assert summary["verdict"] == "unknown" and not summary["effects"] and not summary["follows"]
     assert summary["formula"] == "0"
+    near = summary["rmse_deg"]["base+joint_damping"]["heldout"]
+    assert near < 0.5 * summary["rmse_deg"]["base"]["heldout"], "what comes nearest is tried on held-out trials"
+    assert "base+joint_damping" in summary["models_that_leave_more"]
     told, noise = tell(facts() | add_truth(summary, None)), next(iter(summary["rmse_deg"].values()))["noise"]
     assert "does not follow" in told["headline"]
+    assert f"with it the error on short pieces of held-out trials is {near:.2g} deg instead of" in told["which"]
     assert f"{noise:.2g} deg" in told["where"] and "nothing to locate" not in told["where"]
 
 

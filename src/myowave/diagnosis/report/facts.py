@@ -31,7 +31,9 @@ def verdict_facts(diagnosis: Diagnosis) -> dict[str, Any]:
     # What comes nearest to something unknown is no model that was found.
     found = base if verdict.kind == "unknown" else last
     before = diagnosis.rungs[:-1] if verdict.kind != "adequate" else ()
-    worse = [rung for rung in diagnosis.named if rung.fit.rss > last.fit.rss]
+    # What comes nearest may have been fitted to fewer pieces, and leaves more than noise as well.
+    nearest = answer.best.fit.model.name if verdict.nearest else found.name
+    worse = [rung for rung in diagnosis.named if rung.name == nearest or rung.fit.rss > last.fit.rss]
     next_trials = (
         {"question": question, **asdict(best)}
         for question, proposals in diagnosis.proposals.items()

@@ -275,7 +275,7 @@ def draw_ladder(
     ):
         for named, rows in physics.groupby("named"):
             look = {"linestyle": "none", "markerfacecolor": "white"} if named else {"linestyle": dashes}
-            label = f"{base}{over}{' (named in targets.models)' if named else ''}, {name}"
+            label = f"{base}{over}{' (tried beside)' if named else ''}, {name}"
             error.plot(rows["model"].map(models.index), rows[column], color=color, marker=marker, label=label, **look)
     networks = ladder[ladder["source"] != PHYSICS].groupby("source", sort=False)
     for (color, marker), (source, rows) in zip(cycle(NETWORKS), networks, strict=False):

@@ -62,7 +62,8 @@ class Diagnosis:
     test: Record  # the trials that no fit has seen; in pieces where whole trials diverge
     verdict: Verdict  # what the evidence allows to say
     rungs: tuple[Rung, ...]  # the base model, then what the search added, one effect more each
-    named: tuple[Rung, ...]  # further models that somebody asked for; they decide nothing
+    # further models: what comes nearest where nothing is named, and those that somebody asked for; they decide nothing
+    named: tuple[Rung, ...]
     # trials to record next, for each pair of candidates or absorbed effect that wants one: {"joint_damping or
     # muscle_damping": [...]}
     proposals: Mapping[str, list[Proposal]]
@@ -119,13 +120,14 @@ def diagnose(
     test = record.take(np.flatnonzero(~record.training))
     report(f"compare: {base.name} leaves {np.degrees(fit.rmse()):.3g} deg; the noise is {np.degrees(record.noise):.3g}")
     rungs = tuple(make_rung(*of, test) for of in zip(ladder.fits, ladder.estimates, strict=True))
-    visited = {rung.name for rung in rungs}
+    visited, best = {rung.name for rung in rungs}, verdict.answer.best
     named, failed = [], {}
-    for model in models:
+    for model in [*[best.fit.model] * bool(verdict.nearest), *models]:
         if model.name not in visited:
+            visited.add(model.name)
             try:
-                beside = _fit_beside(ladder.fits, model, identify, settings.scatter)
-                view = View.of(beside, verdict.answer.best.view.sensor)
+                beside = _fit_beside((*ladder.fits, best.fit), model, identify, settings.scatter)
+                view = View.of(beside, best.view.sensor)
                 named.append(make_rung(beside, Hypothesis.of(beside, view, effects).averaged, test))
             except FAILURES as error:
                 failed[model.name] = str(error)
