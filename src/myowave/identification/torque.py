@@ -82,8 +82,7 @@ class TorqueBalance:
         moved = windows.integrate(between(angle, record.lengths, windows.positions(samples)), 2)
         q, qdot = (between(x, record.lengths, position) for x in motion)
         *_, states = unpack(along.model, between_samples(along.state, position[..., None]))
-        count = merged.integrate(q).shape[-1]
-        return cls(along.model, record, q, qdot, states, position[..., None], moved[:, :count], merged)
+        return cls(along.model, record, q, qdot, states, position[..., None], moved, merged)
 
     @classmethod
     def between_kinks(cls, model: Model, record: Record) -> "TorqueBalance":
@@ -100,7 +99,7 @@ class TorqueBalance:
     @property
     def inside(self) -> NDArray[np.bool_]:
         """Which windows count, (T, K)."""
-        return self.windows.inside[:, : self.moved.shape[1]]
+        return self.windows.inside
 
     def mean(self, values: Tensor) -> Array:
         """Means of values (T, n, D, F) over the windows, (T, K, F)."""

@@ -44,7 +44,7 @@ class Windows:
         return cls(half, stride, dt, starts + 2 * half < np.asarray(lengths)[:, None], points, weights)
 
     def merged(self, coarse: int) -> "Windows":
-        """The same windows in steps of so many samples, with two points each."""
+        """The same windows in steps of so many samples, which divide `half` and `stride`, with two points each."""
         half, stride, dt = self.half // coarse, self.stride // coarse, self.dt * coarse
         return Windows(half, stride, dt, self.inside, *gauss(2), coarse)
 
