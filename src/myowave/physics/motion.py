@@ -201,9 +201,7 @@ def initial_state(simulation: Simulation, q0: Tensor, qdot0: Tensor) -> Tensor:
 
 def resting_states(simulation: Simulation, q: Tensor, qdot: Tensor) -> Tensor:
     """State (..., T, N, K) along a motion (..., T, N), the states of effects as if at rest at every sample."""
-    drive = simulation.drive
-    u, a = (torch.cat([x[..., 0, :], x[..., -1:, -1, :]], -2) for x in (drive.excitation, drive.activation))
-    return _at(Instant(simulation.along_time, u, a), _resting, q, qdot)
+    return _at(Instant(simulation.along_time, *simulation.drive.at_samples), _resting, q, qdot)
 
 
 def late_activation(

@@ -48,6 +48,12 @@ class Drive:
         course = None if self.course is None else self.course[..., steps, :, :]
         return Drive(self.excitation[..., steps, :, :], self.activation[..., steps, :, :], pieces, course)
 
+    @property
+    def at_samples(self) -> tuple[Tensor, Tensor]:
+        """Excitation and activation at every sample, where steps begin and the last one ends, (..., T, N, M) each."""
+        u, a = (torch.cat([x[..., 0, :], x[..., -1:, -1, :]], -2) for x in (self.excitation, self.activation))
+        return u, a
+
     def instants(self, valued: Valued) -> list[Instant]:
         """Each of the 2 S + 1 points, with what is known over time there."""
         known = [None] * self.activation.shape[-2] if self.course is None else self.course.unbind(-2)

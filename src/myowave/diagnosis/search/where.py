@@ -63,8 +63,7 @@ def misfit_by(fit: Fit) -> pd.DataFrame:
 def _activations(fit: Fit) -> dict[str, Array]:
     """The activation of every muscle at every sample, (T, N), by name and unit; muscles that share one are named
     together."""
-    drive = fit.simulation.drive
-    activation = torch.cat([drive.activation[..., 0, :], drive.activation[..., -1:, -1, :]], -2)
+    _, activation = fit.simulation.drive.at_samples
     activation = activation.expand(len(fit.record.names), *activation.shape[-2:]).numpy()
     alike: dict[bytes, list[int]] = {}
     for place in range(activation.shape[-1]):
