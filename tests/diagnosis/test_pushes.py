@@ -65,8 +65,8 @@ def test_what_a_sample_of_an_electrode_does_is_what_a_simulation_shows(make_fit,
     """Also the first one, which lasts as long as muscles are late, and an electrode of two muscles."""
     fit = of_one_electrode(make_fit()) if shared else make_fit()
     waves, step = View.of(fit).band.waves, 1e-4
-    found = [*answers(fit.linear.jacobian.numpy(), forcing_by(fit, MORE_EXCITATION), through_sensor(fit, waves))][::-1]
-    said = by_samples(fit, torch.from_numpy(np.stack(found)))[sample, :, 0]
+    found = answers(fit.linear.jacobian.numpy(), forcing_by(fit, MORE_EXCITATION), through_sensor(fit, waves))
+    said = by_samples(fit, torch.from_numpy(found))[sample, :, 0]
     more = fit.record.emg.clone()
     more[:, sample, slice(None) if shared else 0] += step
     moved = (angles_with(fit, more) - angles_with(fit, fit.record.emg)) / step
@@ -103,7 +103,7 @@ def test_a_push_is_seen_through_the_sensor_of_the_model(make_fit, effects, name,
     joint = seen_by(make_fit(), make_fit().model)  # the same motion without that sensor
     unseen = moved_by(joint, push)[..., 0]
     assert not np.allclose(said, unseen, atol=0.05 * np.abs(unseen).max())
-    amplitude = [*answers(fit.linear.jacobian.numpy(), push, through_sensor(fit, waves))][::-1][at][:, 0]
+    amplitude = answers(fit.linear.jacobian.numpy(), push, through_sensor(fit, waves))[at][:, 0]
     np.testing.assert_allclose(np.einsum("tnw,tn->tw", waves.numpy(), said), amplitude, rtol=1e-6, atol=1e-9)
     pushed, jacobian, after = torch.from_numpy(step * push[..., 0]), fit.linear.jacobian, [state[:, 0]]
     for n in range(pushed.shape[1]):

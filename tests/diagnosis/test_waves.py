@@ -55,8 +55,7 @@ def test_amplitudes_answer_to_pushes_as_the_motion_does(make_fit):
         state = (jacobian[:, n] @ state[..., None] + forcing[:, n] @ pushes[:, n, :, None])[..., 0]
         angle.append(state[:, 0])
     expected = np.einsum("tnw,tn->tw", waves.numpy(), np.stack(angle, -1))
-    parts = zip(answers(jacobian, forcing, through_sensor(fit, waves)), reversed(range(forcing.shape[1])), strict=True)
-    found = sum(np.einsum("tmw,tm->tw", answer, pushes[:, n]) for answer, n in parts)
+    found = np.einsum("ntmw,tnm->tw", answers(jacobian, forcing, through_sensor(fit, waves)), pushes)
     assert found == pytest.approx(expected, rel=1e-8, abs=1e-11)
 
 

@@ -4,7 +4,7 @@ Shapes: T trials, N samples, K numbers of the state, M muscles, C columns, P par
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -71,19 +71,22 @@ def through_sensor(fit: Fit, waves: Tensor) -> Array:
     return torch.stack(by_state, -1).movedim(0, -1).numpy()
 
 
-def answers(jacobian: Array, forcing: Array, waves: Array) -> Iterator[Array]:
-    """Amplitudes of waves in the angle's answer to 1 more in each muscle's excitation within one step, (T, M, W), for
-    each step from the last to the first.
+def answers(jacobian: Array, forcing: Array, waves: Array) -> Array:
+    """Amplitudes of waves in the angle's answer to 1 more in each muscle's excitation within each step,
+    (N - 1, T, M, W).
 
     Args:
         jacobian: of each step, (T, N - 1, K, K), and `forcing` (T, N - 1, K, M).
         waves: that angle and velocity are to be multiplied by, (T, N, 2, W).
     """
-    by_state = np.zeros((len(waves), jacobian.shape[-1], waves.shape[-1]))  # of what comes after, by the state now
-    for n in reversed(range(jacobian.shape[1])):
+    trials, steps, size, muscles = forcing.shape
+    found = np.empty((steps, trials, muscles, waves.shape[-1]))
+    by_state = np.zeros((trials, size, waves.shape[-1]))  # of what comes after, by the state now
+    for n in reversed(range(steps)):
         by_state[:, :2] += waves[:, n + 1]
-        yield np.swapaxes(forcing[:, n], -1, -2) @ by_state
+        found[n] = np.swapaxes(forcing[:, n], -1, -2) @ by_state
         by_state = np.swapaxes(jacobian[:, n], -1, -2) @ by_state
+    return found
 
 
 def by_samples(fit: Fit, by_steps: Tensor) -> Tensor:
