@@ -54,6 +54,11 @@ class Model:
         return tuple(dict.fromkeys(m.channel for m in self.muscles))
 
     @cached_property
+    def electrodes(self) -> tuple[int, ...]:
+        """Place of each muscle's EMG among the channels."""
+        return tuple(self.channels.index(m.channel) for m in self.muscles)
+
+    @cached_property
     def leading(self) -> dict[str, Muscle]:
         """The first muscle of each channel: muscles that share one are taken to be alike."""
         return {c: next(m for m in self.muscles if m.channel == c) for c in self.channels}

@@ -229,8 +229,7 @@ class Groups:
         params = {**params, **late}
         _, activation = self.record.simulation(model, params).activate(balance.position)
         activation = balance.mean(activation.expand(*balance.q.shape, -1))[moving.inside].T
-        of = np.array([m.channel for m in model.muscles])
-        means = np.stack([activation[of == c].mean(0) for c in model.channels])
+        means = np.stack([activation[np.equal(model.electrodes, c)].mean(0) for c in range(len(model.channels))])
         return means, self._by_electrode(moving, model, params, {})[0]
 
     def _by_electrode(
@@ -238,16 +237,15 @@ class Groups:
     ) -> Array:
         """Torque of the muscles of one electrode after the other, as they are and with each error of a constant, by
         muscle, (1 + E, C, L); no muscle has a passive force."""
-        channels = model.channels
+        count = len(model.channels)
         values = {"passive_curve": torch.tensor(NO_FORCE, dtype=torch.float64)}
-        for m in model.muscles:
-            place = channels.index(m.channel)
-            force = torch.zeros((1 + len(errors)) * len(channels), 1, dtype=torch.float64)
-            force[place :: len(channels)] = m.nominal["f0"]
+        for place, m in zip(model.electrodes, model.muscles, strict=True):
+            force = torch.zeros((1 + len(errors)) * count, 1, dtype=torch.float64)
+            force[place::count] = m.nominal["f0"]
             values[f"f0_{m.name}"] = force
             for k, (constant, error) in enumerate(errors.items(), 1):
                 value = torch.full_like(force, m.nominal[constant])
-                value[place + k * len(channels)] += error[m.name]
+                value[place + k * count] += error[m.name]
                 values[f"{constant}_{m.name}"] = value
         _, muscles, _ = moving.torques(model, {**params, **values})
-        return muscles.reshape(1 + len(errors), len(channels), -1)
+        return muscles.reshape(1 + len(errors), count, -1)

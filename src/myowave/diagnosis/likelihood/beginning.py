@@ -51,12 +51,12 @@ def _ways(fit: Fit, lead: int) -> Array:
     electrode, (L, M, C)."""
     whole, model = fit.record.whole, fit.model
     found = np.zeros((lead, len(model.muscles), len(model.channels) * WAYS))
-    for place, (channel, muscle) in enumerate(model.leading.items()):
+    for place, muscle in enumerate(model.leading.values()):
         emg = whole.emg[..., model.muscles.index(muscle)].numpy()
         pasts = np.concatenate([_pasts(row[:n], lead) for row, n in zip(emg, whole.lengths, strict=True)])
         variance, ways = np.linalg.eigh(pasts.T @ pasts / max(len(pasts), 1))
         own = (np.sqrt(variance.clip(min=0.0)) * ways)[:, -WAYS:]
-        driven = [m.channel == channel for m in model.muscles]
+        driven = np.equal(model.electrodes, place)
         found[:, driven, place * WAYS : place * WAYS + own.shape[1]] = own[:, None]
     return found
 

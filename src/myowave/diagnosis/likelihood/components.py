@@ -18,7 +18,6 @@ from myowave.diagnosis.likelihood.forcing import (
     along_steps,
     answers,
     by_samples,
-    electrodes_of,
     excitation_of,
     through_sensor,
 )
@@ -85,8 +84,9 @@ def residual_of(fit: Fit, view: View, catalogue: Collection[str] = ()) -> Residu
     if fit.record.pieces is None:
         activation = along_steps(fit)[2]
         artefact = torch.cat([activation, activation[:, -1:]], 1).numpy() * fit.record.valid[..., None]
+        of_electrodes = torch.eye(len(fit.model.channels), dtype=torch.float64)[[*fit.model.electrodes]]  # (M, C)
         excitation = torch.from_numpy(excitation_of(fit))
-        by_gain = torch.einsum("ntmw,tnm,mc->tcw", by_excitation, excitation, electrodes_of(fit))
+        by_gain = torch.einsum("ntmw,tnm,mc->tcw", by_excitation, excitation, of_electrodes)
         components += [
             coloured(view, view.memory_s),
             _forced(GAINS, by_gain[None], view),

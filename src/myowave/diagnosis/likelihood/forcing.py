@@ -96,15 +96,15 @@ def by_samples(fit: Fit, by_steps: Tensor) -> Tensor:
     In the EMG a sample lasts from the one before to the one after, the first as long as muscles are late, and drives
     all muscles of the electrode.
     """
-    (steps, trials, muscles, waves), channels = by_steps.shape, fit.model.channels
+    (steps, trials, muscles, waves), model = by_steps.shape, fit.model
     samples = fit.record.emg.shape[-2]
     delay = torch.atleast_2d(fit.simulation.valued.muscle["delay"]).expand(trials, muscles) / fit.record.dt
-    found = by_steps.new_zeros(samples, trials, len(channels), waves)
+    found = by_steps.new_zeros(samples, trials, len(model.channels), waves)
     for trial, muscle in np.ndindex(trials, muscles):
         begin = fit.record.lead - float(delay[trial, muscle])
         first = math.floor(begin)
         late = begin - first
-        electrode = found[:, trial, channels.index(fit.model.muscles[muscle].channel)]
+        electrode = found[:, trial, model.electrodes[muscle]]
         # The mean over the step of EMG that is linear between samples.
         for place, share in enumerate(((1 - late) ** 2 / 2, 0.5 + late * (1 - late), late**2 / 2)):
             index = (torch.arange(steps) + (first + place)).clamp(0, samples - 1)
@@ -112,13 +112,6 @@ def by_samples(fit: Fit, by_steps: Tensor) -> Tensor:
     if (corner := fit.record.emg_low_pass_hz) is None:
         return found
     return torch.from_numpy(before_low_pass(found.numpy(), 1 / fit.record.dt, corner))
-
-
-def electrodes_of(fit: Fit) -> Tensor:
-    """1 where a muscle has the EMG of an electrode, else 0, (M, C)."""
-    model = fit.model
-    own = [[float(muscle.channel == channel) for channel in model.channels] for muscle in model.muscles]
-    return torch.tensor(own, dtype=torch.float64).reshape(len(model.muscles), len(model.channels))
 
 
 def along_steps(fit: Fit) -> tuple[Tensor, Tensor, Tensor]:
