@@ -197,8 +197,7 @@ def normal_equations(
             of its error.
     """
     # A start from which the motion diverges must not spoil the others in the batch.
-    missed = np.nan_to_num(record.angle - result.motion.angle.numpy(), nan=LARGEST).clip(-LARGEST, LARGEST)
-    residual = np.where(record.valid, missed, 0.0)
+    residual = np.where(record.valid, limited(record.angle - result.motion.angle.numpy()), 0.0)
     slope = scaled_slope(result.by_parameter, scales(free), record.valid)
     by_start = scaled_slope(result.by_start, 1.0, record.valid)
     usual, weight = expected(free)
@@ -211,6 +210,11 @@ def normal_equations(
     started = record.motion[:, 0].numpy() - result.motion.state[..., 0, :2].numpy()
     of_start = (record.misfit / record.start_error) ** 2
     return Normal(residual, slope, by_start, further, further_slope, started, of_start)
+
+
+def limited(values: Array) -> Array:
+    """Values no larger than `LARGEST`, which stands for what is no number any more."""
+    return np.nan_to_num(values, nan=LARGEST).clip(-LARGEST, LARGEST)
 
 
 def scaled_slope(derivatives: Tensor, scale: Array | float, valid: NDArray[np.bool_]) -> Array:

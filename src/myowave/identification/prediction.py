@@ -12,7 +12,7 @@ from torch import Tensor
 from myowave.data.trials import Array
 from myowave.identification.along import Along
 from myowave.identification.free_parameters import bind_values
-from myowave.identification.least_squares import LARGEST
+from myowave.identification.least_squares import limited
 from myowave.identification.output_error import LIFTED_STEPS, Fit, LiftedSearch
 from myowave.identification.record import Record
 from myowave.physics.trajectory import solve
@@ -43,8 +43,7 @@ def predict(fit: Fit, record: Record) -> Prediction:
     else:
         along = Along(fit.model, record.whole, params)
         angle = along.predict(record.pieces.row, record.begin, record.angle.shape[1] - 1)
-    angle = np.nan_to_num(angle, nan=LARGEST).clip(-LARGEST, LARGEST)  # where the motion diverges
-    residual = np.where(record.valid, record.angle - angle, 0.0)
+    residual = np.where(record.valid, record.angle - limited(angle), 0.0)
     return Prediction(residual, float(np.sqrt((residual**2).sum() / record.samples)))
 
 

@@ -28,7 +28,7 @@ from torch import Tensor
 from myowave.data.trials import Array
 from myowave.identification.along import Along
 from myowave.identification.free_parameters import Free, bind_values, expected, scales
-from myowave.identification.least_squares import LARGEST, Residual, covariance_of, linearise, search
+from myowave.identification.least_squares import Residual, covariance_of, limited, linearise, search
 from myowave.identification.noise import correlation_time
 from myowave.identification.record import Record
 from myowave.identification.windows import Windows, between, between_kinks, gauss
@@ -154,7 +154,7 @@ class TorqueBalance:
         left = [np.where(self.inside, needed - found.given, 0.0)]
         if self.measured is not None:
             left.append(np.where(self.seen, self.measured - found.given, 0.0))
-        return np.nan_to_num(np.concatenate(left, -1) / size, nan=LARGEST).clip(-LARGEST, LARGEST)
+        return limited(np.concatenate(left, -1) / size)
 
     def scaled(self, free: Sequence[Free], values: Array) -> Residual:
         """The residual as a function of values (..., P), in units of what is independent in it at some, and how far
@@ -240,7 +240,7 @@ def measured_torque(model: Model, record: Record, free: Sequence[Free], values: 
 
     def left(values: Array) -> Array:
         given = balance.torques(bind_values(free, values)).given
-        return np.nan_to_num((measured - given[..., seen]) / error, nan=LARGEST).clip(-LARGEST, LARGEST)
+        return limited((measured - given[..., seen]) / error)
 
     residual, change = linearise(left, free, values)
     return residual, -change

@@ -25,6 +25,7 @@ from myowave.diagnosis.comparison.baselines import (
     polynomial,
 )
 from myowave.identification.along import Along, Index
+from myowave.identification.least_squares import LARGEST
 from myowave.identification.record import Record
 
 # ASSUME: the state at a restart is the smoothed measured one; it looks at most 0.175 s ahead, for all predictors alike.
@@ -32,7 +33,6 @@ HORIZONS_S = (0.1, 0.2, 0.5, 1.0, 2.0)
 WHOLE_TRIAL_S = np.inf  # stands for free running over the whole trial
 RESTART_S = 0.25
 EMG_PAST_S, EMG_WINDOWS = 0.2, 4  # EMG from so long before a restart to the horizon, in so many equal windows
-OVERFLOWN_RAD = 1e6  # an angle beyond this is none
 COLUMNS = ["predictor", "horizon_s", "held_out", "rmse_deg"]
 
 
@@ -144,4 +144,4 @@ def _whole_trials(errors: pd.DataFrame, record: Record) -> Iterator[tuple[str, f
 
 
 def _rmse(left: Array) -> float:
-    return float(np.degrees(np.sqrt((left**2).mean()))) if (np.abs(left) < OVERFLOWN_RAD).all() else np.inf
+    return float(np.degrees(np.sqrt((left**2).mean()))) if (np.abs(left) < LARGEST).all() else np.inf
