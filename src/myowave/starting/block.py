@@ -12,6 +12,7 @@ import yaml
 
 from myowave.data.checks.signals import RATE_TOLERANCE, RAW
 from myowave.data.checks.values import has_sign
+from myowave.data.processing.filters import HIGHEST
 from myowave.data.processing.units import PERCENT, TO_MICROVOLTS
 from myowave.data.readers import ENDINGS, ending_of
 from myowave.data.readers.delimited import timed_in
@@ -22,7 +23,7 @@ from myowave.settings.recording import TRIAL
 from myowave.starting.signals import Found, Recorded
 
 _GRID_HZ = 100.0  # of the trials, where the angle was recorded faster, or may have been
-_LOW_HZ, _TOP_HZ, _NYQUIST_SHARE = 20, 450.0, 0.45  # of the band of raw EMG that is kept
+_LOW_HZ, _TOP_HZ = 20, 450.0  # of the band of raw EMG that is kept
 _ANGLE = "angle: # GUESSED. FILL IN sign and offset: 0 is the forearm hanging straight, positive in flexion"
 LOAD = re.compile(r"((?<![^\W_])\d+[_-])?(\d+(?:[.,]\d+)?) ?kg", re.IGNORECASE)
 _MOST_RAD = 6.3  # an angle without a unit that never exceeds this is taken to be in rad
@@ -246,8 +247,8 @@ def _turn_lines(angle: Found, unit: str) -> Iterator[str]:
 def _processing_lines(emg: Any, angles: Sequence[Found]) -> Iterator[str]:
     keys: dict[str, Any] = {}
     slowest = min((one.rate for one in emg if one.rate and one.span[0] < 0), default=None)
-    if slowest is not None and _LOW_HZ < _NYQUIST_SHARE * slowest < _TOP_HZ:  # slower ones are refused on import
-        keys["band_pass_hz"] = [_LOW_HZ, int(_NYQUIST_SHARE * slowest)]
+    if slowest is not None and _LOW_HZ < HIGHEST * slowest < _TOP_HZ:  # slower ones are refused on import
+        keys["band_pass_hz"] = [_LOW_HZ, int(HIGHEST * slowest)]
     if any(one.rate is None or one.rate > _GRID_HZ for one in angles[:1]):
         keys["rate_hz"] = _GRID_HZ
     if keys:

@@ -15,6 +15,7 @@ import numpy as np
 from scipy.special import softmax
 
 from myowave.data.knots import knots_of
+from myowave.data.processing.filters import HIGHEST
 from myowave.diagnosis.likelihood.algebra import COST, most_likely, weigh_components
 from myowave.diagnosis.likelihood.components import COLOURED, EMG, MISSING, residual_above
 from myowave.diagnosis.likelihood.hypothesis import BEHIND, Hypothesis, settle, with_likely_memory
@@ -278,7 +279,7 @@ def _fitted(top: Hypothesis, begin: Fit, effects: tuple[str, ...], leader: float
 def through_likely_filter(fit: Fit, view: View) -> View:
     """How trials are looked at, the angle through the filter that makes what a fit leaves above the band of the motion
     most likely, in what that passes; or through none."""
-    above, lowest, highest = view.above_alone, REACH * view.edge_hz, 0.45 / (fit.record.dt * view.sensor.step)
+    above, lowest, highest = view.above_alone, REACH * view.edge_hz, HIGHEST / (fit.record.dt * view.sensor.step)
     steps = range(int(np.log(max(highest / lowest, 1.0)) / np.log(FINER)) + 1 if view.above.there.any() else 0)
 
     def likely(sensor: Sensor) -> float:
