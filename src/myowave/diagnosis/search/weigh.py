@@ -27,7 +27,6 @@ from myowave.identification.expected_emg import behind_noise
 from myowave.identification.output_error import Fit, begin_from, polish, refit
 from myowave.identification.stages import FAILURES, attempt_fit
 from myowave.physics.effect import Effect
-from myowave.physics.model import Model
 
 Key = tuple[frozenset[str], bool]  # names of effects, and whether the EMG is the expected one
 
@@ -217,8 +216,7 @@ def without_effect(fit: Fit, name: str) -> Fit:
     (gone,) = (e for e in fit.model.effects if e.name == name)
     rest = tuple(e for e in fit.model.effects if e is not gone)
     parameters = fit.model.parameters_of(gone)
-    model = Model(fit.model.muscles, fit.model.joint, fit.model.curves, rest)
-    return refit(fit, model, [p for p in fit.free if p.name not in parameters])
+    return refit(fit, replace(fit.model, effects=rest), [p for p in fit.free if p.name not in parameters])
 
 
 def _fit_singles(top: Hypothesis, screened: Screened, found: Posterior) -> list[Hypothesis]:
