@@ -150,7 +150,8 @@ def test_a_parameter_outside_its_usual_range_may_hide_an_absorbed_effect(errors_
 def test_constants_that_nobody_has_propose_no_trial_of_an_effect_that_is_none(weighed, effects):
     """What they stand for may be anything, which no catalogue has."""
     answer, ladder = weighed
-    far = replace(answer, kind="undecidable", named=(), usual=1e-9)
+    far = replace(answer, kind="adequate", named=(), usual=1e-9)
     verdict = Verdict(far, Ladder(ladder.fits[:1], ladder.rankings[:1], ladder.estimates[:1]))
+    assert verdict.kind == "undecidable"
     assert (ANYTHING,) in verdict.masked.values() and ANYTHING not in verdict.maybe
     assert ANYTHING not in " ".join(_proposals(verdict, effects))

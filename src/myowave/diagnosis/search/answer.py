@@ -135,7 +135,7 @@ def answer_of(posterior: Posterior) -> Answer:
     unnamed = {OUTSIDE, OWN_SHAPES}.difference(*named)
     more = sum(p for p, some in rows if some & unnamed) > LIKELY
     beyond = not sound or len(named) < len(classes) or ((likely or more) and bool(named))
-    return Answer(_kind(named, something, usual, beyond=beyond), named, probabilities, best, white, usual)
+    return Answer(_kind(named, something, beyond=beyond), named, probabilities, best, white, usual)
 
 
 def _holding(rows: Sequence[tuple[float, frozenset[str]]]) -> tuple[str, ...]:
@@ -149,12 +149,12 @@ def _holding(rows: Sequence[tuple[float, frozenset[str]]]) -> tuple[str, ...]:
     return tuple(members)
 
 
-def _kind(named: tuple[tuple[str, ...], ...], something: float, usual: float, *, beyond: bool) -> Kind:
+def _kind(named: tuple[tuple[str, ...], ...], something: float, *, beyond: bool) -> Kind:
     if beyond:
         return "partial" if named else "unknown"
     if named:
         return "class" if any(len(members) > 1 for members in named) else "effect"
-    return "undecidable" if something > LIKELY or usual < SURPRISING else "adequate"
+    return "undecidable" if something > LIKELY else "adequate"
 
 
 def p_of_noise(model: Hypothesis) -> float:
