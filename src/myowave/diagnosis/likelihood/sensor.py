@@ -16,8 +16,6 @@ from scipy.signal import butter, sosfilt, sosfilt_zi
 from myowave.data.knots import straight
 from myowave.data.trials import Array
 
-SHORTEST = 15  # samples that a filter forwards and backwards is longer than
-
 
 @dataclass(frozen=True)
 class Sensor:
@@ -48,7 +46,7 @@ def _transposed_low_pass(waves: Array, corner: float, order: int) -> Array:
     of the highest frequency."""
     # ASSUME: a Butterworth filter forwards and backwards, as motion capture's of second order (Winter 2009).
     edge = 3 * (order + 1)  # samples by which it goes on beyond both ends, as `scipy.signal.sosfiltfilt` does
-    if len(waves) <= max(SHORTEST, edge) or corner >= 1:
+    if len(waves) <= edge or corner >= 1:
         return waves
     sos = butter(order, corner, output="sos")
     resting, _ = sosfilt(sos, np.zeros(len(waves) + 2 * edge), zi=sosfilt_zi(sos))  # begun at rest at 1
