@@ -244,15 +244,12 @@ def with_likely_memory(hypothesis: Hypothesis) -> Hypothesis:
     if COLOURED not in hypothesis.residual.optional:
         return hypothesis
     residual, view = hypothesis.residual, hypothesis.view
-    tried = {}
-    for memory_s in MEMORIES_S:
-        other = residual.with_components([coloured(view, memory_s)])
-        for some in (hypothesis.on | {COLOURED}, frozenset({COLOURED})):
-            tried[memory_s, some] = most_likely(other, some, hypothesis.best.sizes)
-    memory_s, _ = max(tried, key=lambda key: tried[key].value)
+    others = {memory_s: residual.with_components([coloured(view, memory_s)]) for memory_s in MEMORIES_S}
+    causes = hypothesis.on | {COLOURED}, frozenset({COLOURED})
+    tried = {m: [most_likely(other, on, hypothesis.best.sizes) for on in causes] for m, other in others.items()}
+    memory_s = max(tried, key=lambda m: max(state.value for state in tried[m]))
     if memory_s == view.memory_s:
         return hypothesis
-    other = residual.with_components([coloured(view, memory_s)])
-    seeds = [hypothesis.best, *(state for (m, _), state in tried.items() if m == memory_s)]
+    other, seeds = others[memory_s], [hypothesis.best, *tried[memory_s]]
     view = replace(view, memory_s=memory_s)
     return replace(hypothesis, view=view, residual=other, states=weigh_components(other, seeds))
