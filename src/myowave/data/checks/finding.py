@@ -1,6 +1,6 @@
 """A finding, what is doubtful in a recording and what to do about it; and a check, which finds it."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
@@ -31,6 +31,11 @@ class Check:
     def of(self, what: Any, trial: str = "", signal: str = "") -> Iterator[Finding]:
         if found := self.finds(what):
             yield Finding(self.name, found, self.do, trial, signal, self.severity)
+
+
+def find_all(checks: Iterable[Check], what: Any, trial: str = "", signal: str = "") -> Iterator[Finding]:
+    """What several checks find."""
+    return (finding for check in checks for finding in check.of(what, trial, signal))
 
 
 def report(dataset: str, findings: Sequence[Finding], gains: Mapping[str, float]) -> dict[str, Any]:

@@ -18,7 +18,7 @@ from myowave.data.checks.emg import (
     Channel,
     away_from_peak,
 )
-from myowave.data.checks.finding import Check, Finding
+from myowave.data.checks.finding import Check, Finding, find_all
 from myowave.data.checks.motion import ELBOW, EXTRA, MACHINE, STILL_LEAN
 from myowave.data.recording import Prepared
 from myowave.data.trials import Array
@@ -52,35 +52,30 @@ def find_faults(prepared: Prepared, processing: Processing, sides: Mapping[str, 
             scales = typical[channel], peaks[channel], notch_hz, largest
             what = Channel(signal, one.envelopes[channel], *scales, raw.angle, late)
             yield from _of_channel(what, LIVE_CHECKS, form, name, channel)
-            for check in CHECKS:
-                yield from check.of(what, name, channel)
+            yield from find_all(CHECKS, what, name, channel)
             yield from COPIED.of((signal.values, {b.name: b.raw.emg[channel].values for b in earlier}), name, channel)
         yield from CROSS_TALK.of({c: s for c, s in raw.emg.items() if forms[c] == "raw"}, name)
-        for check in ELBOW if forms else MACHINE:  # a machine goes where no elbow does
-            yield from check.of(raw.angle, name, "angle")
+        yield from find_all(ELBOW if forms else MACHINE, raw.angle, name, "angle")  # a machine goes where no elbow does
         if forms:
             yield from COPIED.of((raw.angle.values, {b.name: b.raw.angle.values for b in earlier}), name, "angle")
         for key, signal in raw.signals.items():
-            for check in EXTRA if signal.unit == "rad" else ():
-                yield from check.of(signal, name, key)
+            yield from find_all(EXTRA if signal.unit == "rad" else (), signal, name, key)
             yield from STILL_LEAN.of((signal, raw.angle), name, key) if forms else ()
     for name, emg in prepared.mvc.items():
         for channel, (signal, envelope) in emg.items():
             what = Channel(signal, envelope, typical[channel], away_from_peak(envelope), notch_hz, 1.0, signal, late)
             yield from _of_channel(what, MAXIMUM_CHECKS, forms[channel], name, channel)
-    for check in SESSION if forms else ():
-        yield from check.of(prepared)
-    cause = Cause(prepared, sides)
-    for check in CAUSE if forms else ():
-        yield from check.of(cause)
+    if forms:
+        yield from find_all(SESSION, prepared)
+        yield from find_all(CAUSE, Cause(prepared, sides))
 
 
 def _of_channel(what: Channel, live: Sequence[Check], form: str, trial: str, channel: str) -> Iterator[Finding]:
     """Findings of what goes into the EMG of 1: that nothing was recorded, or else what is wrong with it."""
     dead = list(DEAD_CHANNEL.of(what, trial, channel))
     yield from dead
-    for check in () if dead else (*live, *(RAW_CHECKS if form == "raw" else SMOOTHED_CHECKS)):
-        yield from check.of(what, trial, channel)
+    if not dead:
+        yield from find_all((*live, *(RAW_CHECKS if form == "raw" else SMOOTHED_CHECKS)), what, trial, channel)
 
 
 def _copied(of: tuple[Array, Mapping[str, Array]]) -> str | None:
