@@ -27,7 +27,7 @@ def good() -> Checkpoint:
         scales=1, seeds=(0, 1), epochs=4, seconds=1.0, dt=DT, channels=("emg_biceps", "emg_triceps"),
         architecture=architecture, scaling=scaling, weights=initialise(architecture, (0, 1)), names=("f0_Bi", "l0_Bi"),
         values=two, errors=0.01 * two, correlations=torch.eye(2).expand(2, 2, 2), physics_mse=torch.ones(2),
-        val_mse=torch.ones(2), val_r2=torch.zeros(2), band=Band(2.0, 0.1), seen=Seen((0.0,) * 4, (1.0,) * 4),
+        val_r2=torch.zeros(2), band=Band(2.0, 0.1), seen=Seen((0.0,) * 4, (1.0,) * 4),
         real_time={},
     )  # fmt: skip
 

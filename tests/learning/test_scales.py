@@ -85,9 +85,7 @@ def test_a_scale_trains_on_its_own_projection(level, trials, printed):
 def test_a_scale_is_validated_on_the_ends_of_its_own_projection(level, far_apart, trials, rollout):
     *_, last = train_scale(changed(rollout, scales=far_apart, total=level + 1), level)
     by_scale = {j: validation_by_hand(last.checkpoint, *projected(trials, j), trials.dt) for j in (0, 3)}
-    mse, r2 = by_scale[level]
-    torch.testing.assert_close(last.checkpoint.val_mse, mse, rtol=1e-2, atol=0)
-    torch.testing.assert_close(1 - last.checkpoint.val_r2, 1 - r2, rtol=1e-2, atol=0)
+    torch.testing.assert_close(1 - last.checkpoint.val_r2, 1 - by_scale[level][1], rtol=1e-2, atol=0)
     assert (by_scale[0][0] / by_scale[3][0] - 1).abs().max() > 3e-2, "the scales cannot be told apart"
 
 

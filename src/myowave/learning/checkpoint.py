@@ -29,7 +29,7 @@ from myowave.physics.path import TablePath
 from myowave.settings.files import require_regular
 from myowave.settings.learning import RECIPES
 
-FORMAT = 3
+FORMAT = 4
 
 
 @dataclass(frozen=True)
@@ -63,9 +63,8 @@ class Checkpoint:
     # how far motion simulated with the values misses the training trials [rad^2], (S,); infinite where it diverges, NaN
     # where nobody simulated it
     physics_mse: Tensor
-    # val_mse, val_r2: on the validation windows, (S,); no weight was trained on them, but the identification of the
-    # parameters, and so the motion simulated for training, has seen them
-    val_mse: Tensor
+    # on the validation windows, (S,); no weight was trained on them, but the identification of the parameters, and so
+    # the motion simulated for training, has seen them
     val_r2: Tensor
     band: Band | None  # about the mean of the seeds, see `band`; None but at scale [0], and where the recipe wants none
     seen: Seen  # what the training trials covered

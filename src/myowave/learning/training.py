@@ -144,7 +144,6 @@ def _checkpoint(
         errors=errors,
         correlations=correlations,
         physics_mse=physics_mse,
-        val_mse=stopping.best_mse.cpu(),
         val_r2=1 - stopping.best_mse.cpu() / stopping.variance,
         band=band,
         seen=Seen.of(stage.trials, stage.network.architecture.known),
