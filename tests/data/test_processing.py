@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from myowave.data.processing.excitation import Known, envelope
+from myowave.data.processing.excitation import Known, envelope, known_from
 from myowave.data.processing.filters import band_pass, before_low_pass, lag_s, low_pass
 from myowave.data.processing.sampled import Sampled, common_grid, sample_at
 from myowave.data.processing.units import TO_EMG, TO_RADIANS, plain_unit
@@ -16,6 +16,11 @@ PHASES = ("zero", "causal")
 
 def sampled(values, rate=RATE, start=0.0):
     return Sampled(np.asarray(values, dtype=float), rate, start, "uV")
+
+
+def envelope_of(values, processing):
+    """That of a recording of which nothing was known before."""
+    return envelope(sampled(values), processing, known_from([sampled(values)], processing)).values
 
 
 def amplitude(values, frequency, time=TIME):
@@ -76,9 +81,9 @@ def test_a_band_that_the_rate_cannot_hold_is_cut_at_0_45_of_it():
 def test_hum_is_taken_out_where_there_is_a_line_and_noise_without_one_stays_as_it_is():
     noise = np.random.default_rng(1).standard_normal(len(TIME))
     hum = noise + 2 * np.sin(2 * np.pi * 50 * TIME)
-    kept, asked = (envelope(sampled(noise), Processing(notch_hz=f)).values for f in (None, 50.0))
+    kept, asked = (envelope_of(noise, Processing(notch_hz=f)) for f in (None, 50.0))
     assert np.array_equal(kept, asked)
-    left, without = (envelope(sampled(hum), Processing(notch_hz=f)).values for f in (None, 50.0))
+    left, without = (envelope_of(hum, Processing(notch_hz=f)) for f in (None, 50.0))
     assert without.mean() == pytest.approx(kept.mean(), rel=0.02) and left.mean() > 1.4 * kept.mean()
 
 
@@ -100,7 +105,7 @@ def shift_between(late, early):
 
 def test_a_modulated_carrier_gives_its_modulation_back_without_lag():
     raw, truth = modulated()
-    found = envelope(sampled(raw), Processing()).values
+    found = envelope_of(raw, Processing())
     inside = slice(1000, -1000)
     assert np.abs(found - truth)[inside].max() < 0.01 * truth.max()
     assert abs(shift_between(found, truth)) <= 1 / RATE
@@ -109,7 +114,7 @@ def test_a_modulated_carrier_gives_its_modulation_back_without_lag():
 def test_a_causal_envelope_comes_later_by_what_is_stated():
     raw, truth = modulated()
     settings = Processing(phase="causal")
-    found = envelope(sampled(raw), settings).values
+    found = envelope_of(raw, settings)
     # The band-pass lags as well, at 100 Hz by milliseconds.
     assert shift_between(found, truth) == pytest.approx(lag_s(settings.low_pass_hz), abs=0.012)
 
@@ -120,14 +125,14 @@ def test_a_causal_envelope_knows_nothing_of_what_comes_later():
     changed = np.where(TIME < 6, raw, 10 * raw)
     changed += np.median(raw) - np.median(changed)  # the offset is taken from the whole
     before = TIME < 6
-    one, other = (envelope(sampled(x), settings).values for x in (raw, changed))
+    one, other = (envelope_of(x, settings) for x in (raw, changed))
     assert np.abs(one - other)[before].max() < 0.02 * one.max() < np.abs(one - other)[~before].max()
 
 
 def test_a_burst_of_noise_comes_back_at_its_time_with_its_height():
     noise = np.random.default_rng(3).standard_normal(len(TIME))
     raw = noise * np.where((TIME > 4) & (TIME < 6), 30.0, 1.0)
-    found = envelope(sampled(raw), Processing(band_pass_hz=(20.0, 900.0))).values
+    found = envelope_of(raw, Processing(band_pass_hz=(20.0, 900.0)))
     inside, outside = found[(TIME > 4.3) & (TIME < 5.7)], found[(TIME < 3.5) | (TIME > 6.5)]
     assert inside.mean() == pytest.approx(30 * np.sqrt(2 / np.pi), rel=0.1)  # mean |x| of normal noise
     assert outside.max() < 0.1 * inside.min()
@@ -139,7 +144,7 @@ def test_a_burst_of_noise_comes_back_at_its_time_with_its_height():
 def test_gain_and_offset_of_the_amplifier_make_no_difference_but_in_scale(phase):
     raw, _ = modulated()
     settings = Processing(phase=phase)
-    once, tripled = envelope(sampled(raw), settings).values, envelope(sampled(3 * raw + 500), settings).values
+    once, tripled = envelope_of(raw, settings), envelope_of(3 * raw + 500, settings)
     assert np.allclose(tripled, 3 * once, rtol=1e-6, atol=1e-6)
     assert once.min() >= 0
 

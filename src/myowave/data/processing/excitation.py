@@ -78,17 +78,16 @@ class Excitation:
         return np.maximum(smooth, 0.0) / self._gain  # a filter of second order undershoots a little
 
 
-def envelope(emg: Sampled, processing: Processing, known: Known | None = None) -> Sampled:
+def envelope(emg: Sampled, processing: Processing, known: Known) -> Sampled:
     """Envelope of a recording in the unit of its EMG, never below 0; EMG that is no raw EMG stays as it is.
 
     Args:
-        known: of the channel before; offset and hum are found in the whole where there is none, or where the filters
-            see all of it.
+        known: of the channel before; where the filters see all of the recording, offset and hum are found in it.
     """
-    if known is None or (known.form == "raw" and processing.phase == "zero"):
-        known = known_from([emg], processing)
     if known.form != "raw":
         return emg
+    if processing.phase == "zero":
+        known = known_from([emg], processing)
     known = known.model_copy(update={"rate_hz": emg.rate})
     excitation = Excitation(RealTime(processing=processing, channels={"": known}))
     return replace(emg, values=np.concatenate([excitation.push(emg.values[:, None]), excitation.finish()])[:, 0])
