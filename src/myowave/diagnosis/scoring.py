@@ -3,10 +3,10 @@
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any, Literal
 
-from myowave.diagnosis.causes import EMG_NOISE
+from myowave.diagnosis.causes import EMG_NOISE, LEFT
 
 LARGEST_CLASS = 3  # members of a class that is still an answer
-UNSURE = ("partial", "unknown", "undecidable")  # verdicts that claim no more than that something is or may be missing
+UNSURE = (*LEFT, "undecidable")  # verdicts that claim no more than that something is or may be missing
 
 Named = tuple[tuple[str, ...], ...]
 Grade = Literal["right", "class", "honest", "silent", "wrong"]
@@ -36,7 +36,7 @@ def grade(kind: str, named: Named, true: Collection[str], wanted: Collection[str
         wanted: those that show in the trials, and so have to be named; all that are true where this is not known.
     """
     wanted = set(true if wanted is None else wanted)
-    if is_wrong(named, true) or (kind in ("partial", "unknown") and not true):
+    if is_wrong(named, true) or (kind in LEFT and not true):
         return "wrong"
     if kind in UNSURE:
         return "honest"

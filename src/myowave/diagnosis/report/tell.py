@@ -9,7 +9,7 @@ from typing import Any
 
 import pandas as pd
 
-from myowave.diagnosis.causes import CAUSE_TITLES, OUTSIDE
+from myowave.diagnosis.causes import CAUSE_TITLES, LEFT, OUTSIDE
 from myowave.diagnosis.comparison.baselines import HORIZON_BASELINES, POSTURE, POSTURE_LOAD
 from myowave.diagnosis.report.ladder import ERROR, PLAIN, baseline_of, shown_network
 from myowave.diagnosis.report.numbers import degrees
@@ -101,7 +101,7 @@ def noise_with_emg(verdict: Verdict) -> float:
 
 def leaves_more(verdict: Verdict) -> bool:
     """Whether something is left that no effect explains, so that a drafted effect is news."""
-    return verdict["follows"] and verdict["verdict"] in ("partial", "unknown")
+    return verdict["follows"] and verdict["verdict"] in LEFT
 
 
 def is_quiet(verdict: Verdict) -> bool:

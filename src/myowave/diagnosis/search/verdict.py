@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from functools import cached_property
 
-from myowave.diagnosis.causes import OUTSIDE, OWN_SHAPES
+from myowave.diagnosis.causes import LEFT, OUTSIDE, OWN_SHAPES
 from myowave.diagnosis.search.answer import ANYTHING, Answer, Kind
 from myowave.diagnosis.search.ladder import Ladder
 
@@ -67,7 +67,7 @@ class Verdict:
     @property
     def left(self) -> bool:
         """Whether more is left than noise."""
-        return self.kind in ("partial", "unknown")
+        return self.kind in LEFT
 
     @property
     def explained(self) -> float:
