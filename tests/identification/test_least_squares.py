@@ -110,9 +110,14 @@ def test_damping_shortens_a_step():
     np.testing.assert_allclose(bounded_step(matrix, vector, free, np.ones(2), 0.0), np.linalg.solve(matrix, vector))
 
 
+def unmeasured(trials):
+    """Starts of trials of which nothing was measured."""
+    return np.zeros((trials, 2)), np.zeros((trials, 2))
+
+
 def without_starts(by_start, columns):
     nothing = np.zeros((3, 50)), np.zeros((3, 50, 0))
-    return Normal(*nothing, by_start, np.zeros(0), np.zeros((0, 0))).without_starts(columns)
+    return Normal(*nothing, by_start, np.zeros(0), np.zeros((0, 0)), *unmeasured(3)).without_starts(columns)
 
 
 def test_what_is_left_without_starts_is_orthogonal_to_them_and_the_rest_is_theirs():
@@ -122,7 +127,7 @@ def test_what_is_left_without_starts_is_orthogonal_to_them_and_the_rest_is_their
     np.testing.assert_allclose(np.swapaxes(by_start, -1, -2) @ left, 0, atol=1e-10)
     imitated = by_start @ random.standard_normal((3, 2, 1))
     np.testing.assert_allclose(without_starts(by_start, imitated), 0, atol=1e-10)
-    np.testing.assert_allclose(by_start @ onto_starts(by_start, columns) + left, columns)
+    np.testing.assert_allclose(by_start @ onto_starts(by_start, columns, np.zeros((3, 2))) + left, columns)
     same = np.repeat(by_start[..., :1], 2, axis=-1)  # angle and velocity that cannot be told apart
     np.testing.assert_allclose(np.swapaxes(same, -1, -2) @ without_starts(same, columns), 0, atol=1e-10)
 
@@ -146,7 +151,7 @@ def test_eliminating_starts_solves_for_parameters_and_starts_together(make_noisy
 def test_a_damped_step_is_that_of_parameters_and_starts_damped_together(damping):
     rng = np.random.default_rng(5)
     residual, slope, by_start = rng.normal(size=(2, 30)), rng.normal(size=(2, 30, 3)), rng.normal(size=(2, 30, 2))
-    normal = Normal(residual, slope, by_start, np.zeros(0), np.zeros((0, 3)))
+    normal = Normal(residual, slope, by_start, np.zeros(0), np.zeros((0, 3)), *unmeasured(2))
     step = np.linalg.solve(*normal.damped(damping))
     shift = normal.starts_after(step) / (1 + damping)
 
@@ -166,14 +171,14 @@ def test_what_was_measured_of_a_start_counts_as_two_samples_more(damping):
     residual, slope, by_start = rng.normal(size=(2, 30)), rng.normal(size=(2, 30, 3)), rng.normal(size=(2, 30, 2))
     further, further_slope, columns = rng.normal(size=3), np.diag(rng.normal(size=3)), rng.normal(size=(2, 30, 4))
     weight, off = np.array([4.0, 90.0]), rng.normal(size=(2, 2))
-    found = Normal(residual, slope, by_start, further, further_slope, off, weight)
+    found = Normal(residual, slope, by_start, further, further_slope, off, np.tile(weight, (2, 1)))
 
     def longer(each, rows):
         return np.concatenate([each, rows], 1)
 
     own = np.tile(np.diag(np.sqrt(weight)), (2, 1, 1))
     more = longer(residual, np.sqrt(weight) * off), longer(slope, np.zeros((2, 2, 3))), longer(by_start, own)
-    same = Normal(*more, further, further_slope)
+    same = Normal(*more, further, further_slope, *unmeasured(2))
     assert found.objective == pytest.approx(same.objective) and found.left @ found.left == pytest.approx(same.objective)
     for one, other in zip(found.damped(damping), same.damped(damping), strict=True):
         np.testing.assert_allclose(one, other)

@@ -7,7 +7,7 @@ start, F further residuals, R residuals in all.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import islice
 from typing import TypeVar
@@ -67,8 +67,8 @@ class Normal:
     further: Array
     further_slope: Array
     # how far each number of a start is from where it was measured, (..., T, S), and what that weighs, (T, S)
-    start_left: Array = field(default_factory=lambda: np.zeros((1, 2)))
-    start_weight: Array = field(default_factory=lambda: np.zeros((1, 2)))
+    start_left: Array
+    start_weight: Array
 
     @cached_property
     def matrix(self) -> Array:
@@ -150,7 +150,7 @@ class Normal:
     @property
     def left(self) -> Array:
         """All residuals one below the other, (R,)."""
-        starts = np.broadcast_to(np.sqrt(self.start_weight) * self.start_left, (len(self.residual), 2))
+        starts = np.sqrt(self.start_weight) * self.start_left
         return np.concatenate([self.residual.ravel(), self.further, starts.ravel()])
 
     def extended(self, columns: Array) -> "Normal":
@@ -169,16 +169,15 @@ def _stacked(samples: Array, further: Array) -> Array:
     return np.concatenate([samples.reshape(*batch, trials * each, columns), further], -2)
 
 
-def onto_starts(by_start: Array, columns: Array, weight: Array | float = 0.0, measured: Array | float = 0.0) -> Array:
+def onto_starts(by_start: Array, columns: Array, weight: Array, measured: Array | float = 0.0) -> Array:
     """Changes of the trials' starts (..., T, S, C) that come nearest to columns (..., T, N, C).
 
     Args:
         by_start: d angle / d (angle, velocity) at each trial's start, (..., T, N, S).
         weight: of what was measured of them, (T, S), and the changes that lead there, `measured` (..., T, S, C).
     """
-    transposed, numbers = np.swapaxes(by_start, -1, -2), by_start.shape[-1]
-    known = np.broadcast_to(weight, (by_start.shape[-3], numbers))[..., None]
-    matrix = transposed @ by_start + known * np.eye(numbers)
+    transposed, known = np.swapaxes(by_start, -1, -2), weight[..., None]
+    matrix = transposed @ by_start + known * np.eye(by_start.shape[-1])
     return pseudo_inverse(matrix) @ (transposed @ columns + known * measured)
 
 
