@@ -115,6 +115,13 @@ def test_header_units_and_times_may_stand_elsewhere(tmp_path):
     assert np.allclose(read_raw(write(tmp_path / "b.csv", in_ms), None, layout)["angle"].time, TIME)
 
 
+@pytest.mark.parametrize("blank", ["\n", ";;\n\n"])
+def test_blank_rows_may_stand_between_the_names_and_the_samples(tmp_path, blank):
+    raw = read_raw(write(tmp_path / "a.csv", f"time;x [mV]\n{blank}" + rows(";", TIME, VALUES)))
+    assert np.allclose(raw["x"].values, VALUES) and raw["x"].unit == "mV"
+    assert raw.at(0, raw["x"]).endswith(f"row {2 + blank.count(chr(10))}")
+
+
 def test_where_the_names_stand_may_be_said(tmp_path):
     """Below more rows than are searched, or below one that looks like samples; units may stand below them."""
     samples = rows(",", TIME, VALUES)
