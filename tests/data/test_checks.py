@@ -46,7 +46,7 @@ OF_RAW = (emg.DEAD_CHANNEL, *emg.LIVE_CHECKS, *emg.RAW_CHECKS)
 def found(name, values, **about):
     """What a check of a channel finds."""
     sampled = channel(values)
-    about = {"envelope": sampled, "typical": 20.0, "typical_peak": 20.0, "notch_hz": None, **about}
+    about = {"envelope": sampled, "typical": 20.0, "resting": 1.0, "typical_peak": 20.0, "notch_hz": None, **about}
     what = emg.Channel(sampled, largest=1.0, angle=sampled, **about)
     return [finding.found for check in OF_RAW if check.name == name for finding in check.of(what)]
 
@@ -69,6 +69,11 @@ def test_a_line_that_the_processing_takes_out_is_no_doubt():
 
 def test_an_envelope_that_hardly_changes_shows_no_contraction():
     assert found("no contraction", recorded(), envelope=channel(1 + 0.05 * np.sin(TIME)))
+
+
+def test_a_contraction_that_is_held_all_the_time_is_no_rest():
+    held = channel(1 + 0.05 * np.sin(TIME))
+    assert found("no contraction", recorded(), envelope=held, resting=0.2) == []
 
 
 @pytest.mark.parametrize(("share", "found"), [(0.0, 0), (0.3, 0), (1.5, 1), (-1.5, 1)])

@@ -15,7 +15,7 @@ from myowave.data.trials import Array
 
 MAINS_HZ = (50.0, 60.0)
 DEAD = 0.01  # scatter of a channel over its median of the session's trials, below which nothing was recorded [-]
-SILENT = 1.5  # envelope at its 95th over its 5th percentile, below which no contraction is to be seen [-]
+SILENT = 1.5  # envelope over that at rest, below which no contraction is to be seen [-]
 SPIKE, SPIKE_SHARE = 10.0, 0.001
 """Largest value over that of all but this share of the samples from which it is an artefact [-]: noise that swells to a
 contraction as short as 0.1 % of a trial has no more than 2. Also the largest envelope over what is usual."""
@@ -40,6 +40,7 @@ class Channel:
     raw: Sampled  # as recorded
     envelope: Sampled  # in the unit of the raw EMG
     typical: float  # median over the trials of its standard deviation
+    resting: float  # its envelope at rest: the lowest `level_of` any trial
     typical_peak: float  # its usual largest envelope: the median over trials, or `away_from_peak`
     notch_hz: float | None  # of mains hum that the processing takes out [Hz]
     largest: float  # of what counts as 1, once the trial is processed [-]
@@ -51,6 +52,12 @@ def away_from_peak(envelope: Sampled) -> float:
     """Largest envelope of a maximum contraction but for the time in which an artefact is over; 0 where that is all."""
     away = np.abs(envelope.time - envelope.time[envelope.values.argmax()]) > BRIEF_S
     return float(envelope.values.max(initial=0.0, where=away))
+
+
+def level_of(envelope: Sampled) -> tuple[float, float]:
+    """Its 5th and 95th percentile: at rest where the trial has any, and contracted."""
+    low, high = np.percentile(envelope.values, [5, 95])
+    return float(low), float(high)
 
 
 def _scatter(of: Channel) -> str:
@@ -67,8 +74,10 @@ def _of_another_unit(of: Channel) -> str | None:
 
 
 def _silent(of: Channel) -> str | None:
-    low, high = np.percentile(of.envelope.values, [5, 95])
-    return f"the envelope stays between {low:.3g} and {high:.3g} {of.raw.unit}" if high < SILENT * low else None
+    low, high = level_of(of.envelope)
+    held = low > SILENT * of.resting  # more than at rest in another trial, as a load is held
+    stays = f"the envelope stays between {low:.3g} and {high:.3g} {of.raw.unit}"
+    return stays if high < SILENT * low and not held else None
 
 
 def _spike(of: Channel) -> str | None:

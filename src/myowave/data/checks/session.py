@@ -17,6 +17,7 @@ from myowave.data.checks.emg import (
     SMOOTHED_CHECKS,
     Channel,
     away_from_peak,
+    level_of,
 )
 from myowave.data.checks.finding import Check, Finding, find_all
 from myowave.data.checks.motion import ELBOW, EXTRA, MACHINE, STILL_LEAN
@@ -45,11 +46,12 @@ def find_faults(prepared: Prepared, processing: Processing, sides: Mapping[str, 
     prepared, each = replace(prepared, recordings=recordings), recordings.values()
     typical = {c: float(np.median([one.raw.emg[c].values.std() for one in each])) for c in forms}
     peaks = {c: float(np.median([one.envelopes[c].values.max() for one in each])) for c in forms}
+    resting = {c: min(level_of(one.envelopes[c])[0] for one in each) for c in forms}
     for n, (name, one) in enumerate(recordings.items()):
         raw, earlier = one.raw, [*each][:n]
         for channel, form in forms.items():
             signal, largest = raw.emg[channel], float(one.emg[channel].max())
-            scales = typical[channel], peaks[channel], notch_hz, largest
+            scales = typical[channel], resting[channel], peaks[channel], notch_hz, largest
             what = Channel(signal, one.envelopes[channel], *scales, raw.angle, late)
             yield from _of_channel(what, LIVE_CHECKS, form, name, channel)
             yield from find_all(CHECKS, what, name, channel)
@@ -63,7 +65,8 @@ def find_faults(prepared: Prepared, processing: Processing, sides: Mapping[str, 
             yield from STILL_LEAN.of((signal, raw.angle), name, key) if forms else ()
     for name, emg in prepared.mvc.items():
         for channel, (signal, envelope) in emg.items():
-            what = Channel(signal, envelope, typical[channel], away_from_peak(envelope), notch_hz, 1.0, signal, late)
+            scales = typical[channel], resting[channel], away_from_peak(envelope), notch_hz, 1.0
+            what = Channel(signal, envelope, *scales, signal, late)
             yield from _of_channel(what, MAXIMUM_CHECKS, forms[channel], name, channel)
     if forms:
         yield from find_all(SESSION, prepared)
