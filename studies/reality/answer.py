@@ -43,7 +43,7 @@ def answer_case(
     if case.changed is not None:
         return _changed(case, trials, base, effects, settings, say)
     found = diagnose(trials, base, effects.values(), identify, settings, say)
-    verdict, first, last = found.verdict, found.rungs[0].fit, found.rungs[-1].fit
+    verdict, first, last = found.verdict, found.rungs[0].fit, found.tried[-1].fit
     sizes = {name: (value, Z95 * error) for name, (value, error) in found.rungs[-1].estimate.items() if "." in name}
     return {
         "verdict": verdict.kind,
