@@ -208,6 +208,16 @@ def test_one_trial_to_train_on_is_told(folder, trials, test, told):
     assert all("record four trials or more" in f["do"] for f in few)
 
 
+def test_a_dead_trial_does_not_make_rest_of_the_others_a_contraction(folder):
+    def change(trial, key, values):
+        noise = np.random.default_rng(ord(trial)).standard_normal(len(values))
+        return values if key != "biceps" else 0 * values if trial == "c" else noise
+
+    write_session(folder, change=change)
+    findings = {(f["check"], f["trial"]) for f in prepare(folder)[1]["findings"] if f["signal"] == "emg_biceps"}
+    assert {("no contraction", "a"), ("no contraction", "b"), ("dead channel", "c")} <= findings
+
+
 def test_files_of_a_trial_that_begin_apart_are_told_until_it_is_said_why(folder):
     def starts(**changes):
         return {f["trial"]: f for f in prepare(folder, **changes)[1]["findings"] if f["check"] == "starts"}

@@ -40,7 +40,7 @@ class Channel:
     raw: Sampled  # as recorded
     envelope: Sampled  # in the unit of the raw EMG
     typical: float  # median over the trials of its standard deviation
-    resting: float  # its envelope at rest: the lowest `level_of` any trial
+    resting: float  # its envelope at rest: the lowest `level_of` any trial in which it was recorded
     typical_peak: float  # its usual largest envelope: the median over trials, or `away_from_peak`
     notch_hz: float | None  # of mains hum that the processing takes out [Hz]
     largest: float  # of what counts as 1, once the trial is processed [-]
@@ -64,9 +64,14 @@ def _scatter(of: Channel) -> str:
     return f"scatters by {of.raw.values.std():.2g} {of.raw.unit}, over the session typically by {of.typical:.2g}"
 
 
+def is_dead(raw: Sampled, typical: float) -> bool:
+    """Whether a channel that typically scatters by so much recorded nothing in a trial."""
+    scatter = float(raw.values.std())
+    return scatter == 0 or scatter < DEAD * typical
+
+
 def _dead(of: Channel) -> str | None:
-    scatter = float(of.raw.values.std())
-    return _scatter(of) if scatter == 0 or scatter < DEAD * of.typical else None
+    return _scatter(of) if is_dead(of.raw, of.typical) else None
 
 
 def _of_another_unit(of: Channel) -> str | None:

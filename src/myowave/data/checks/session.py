@@ -17,6 +17,7 @@ from myowave.data.checks.emg import (
     SMOOTHED_CHECKS,
     Channel,
     away_from_peak,
+    is_dead,
     level_of,
 )
 from myowave.data.checks.finding import Check, Finding, find_all
@@ -46,7 +47,8 @@ def find_faults(prepared: Prepared, processing: Processing, sides: Mapping[str, 
     prepared, each = replace(prepared, recordings=recordings), recordings.values()
     typical = {c: float(np.median([one.raw.emg[c].values.std() for one in each])) for c in forms}
     peaks = {c: float(np.median([one.envelopes[c].values.max() for one in each])) for c in forms}
-    resting = {c: min(level_of(one.envelopes[c])[0] for one in each) for c in forms}
+    live = {c: [one.envelopes[c] for one in each if not is_dead(one.raw.emg[c], typical[c])] for c in forms}
+    resting = {c: min((level_of(envelope)[0] for envelope in live[c]), default=0.0) for c in forms}
     for n, (name, one) in enumerate(recordings.items()):
         raw, earlier = one.raw, [*each][:n]
         for channel, form in forms.items():
