@@ -122,6 +122,13 @@ def test_blank_rows_may_stand_between_the_names_and_the_samples(tmp_path, blank)
     assert raw.at(0, raw["x"]).endswith(f"row {2 + blank.count(chr(10))}")
 
 
+@pytest.mark.parametrize("header_row", [None, 1])
+def test_blank_rows_may_stand_between_the_names_and_their_units(tmp_path, header_row):
+    path = write(tmp_path / "a.csv", "time;x\n\n[s];[mV]\n;\n" + rows(";", TIME, VALUES))
+    raw = read_raw(path, None, TextLayout(header_row=header_row))
+    assert np.allclose(raw["x"].values, VALUES) and raw["x"].unit == "mV"
+
+
 def test_where_the_names_stand_may_be_said(tmp_path):
     """Below more rows than are searched, or below one that looks like samples; units may stand below them."""
     samples = rows(",", TIME, VALUES)

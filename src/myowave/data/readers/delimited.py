@@ -78,8 +78,8 @@ def _find_header(path: Path, rows: Sequence[Sequence[str]], stated: int | None) 
             raise ValueError(
                 f"{path}: {len(rows)} rows; expected names in row {stated} (layout.header_row), samples below."
             )
-        below = rows[stated]
-        return stated, stated + 1 if len(below) == len(rows[stated - 1]) and _are_units(below) else None
+        below = next((n for n in range(stated, len(rows)) if any(rows[n])), stated)
+        return stated, below + 1 if len(rows[below]) == len(rows[stated - 1]) and _are_units(rows[below]) else None
     wide = len(next((cells for cells in reversed(rows) if any(cells)), []))  # a number above the names is alone
     numbers = [any(cells) and all(map(_is_number, filter(None, cells))) and len(cells) >= wide for cells in rows]
     first = numbers.index(True) if True in numbers else 1
@@ -88,10 +88,12 @@ def _find_header(path: Path, rows: Sequence[Sequence[str]], stated: int | None) 
             f"{path}: numbers already in row 1; expected a row with names of columns. Export it with names, or say "
             "under layout in which row they stand (header_row)."
         )
-    words = [n for n in range(min(first, len(rows))) if any(rows[n]) and not any(map(_is_number, rows[n]))]
+    filled = [n for n in range(min(first, len(rows))) if any(rows[n])]
+    words = [n for n in filled if not any(map(_is_number, rows[n]))]
     last = words[-1] if words else 0
-    is_units = last > 0 and _are_units(rows[last]) and last - 1 in words
-    return (last, last + 1) if is_units and len(rows[last]) == len(rows[last - 1]) else (last + 1, None)
+    above = max((n for n in filled if n < last), default=last)  # but for blank rows
+    is_units = above < last and above in words and _are_units(rows[last]) and len(rows[last]) == len(rows[above])
+    return (above + 1, last + 1) if is_units else (last + 1, None)
 
 
 def _are_units(cells: Sequence[str]) -> bool:
