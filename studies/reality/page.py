@@ -30,8 +30,8 @@ TAIL = """
   effects that explain them); *missed*, that nothing is missing; *wrong*, a name of what is not there, or nothing more
   said to be missing where it is. That something else is missing, too, is no error: of a measured machine nobody knows
   all. [Simulated arms](study.md), of which all is known, are graded more strictly.
-- **error**: of unseen trials, simulated from start to end with nothing added to the model, and with what is named.
-  None where only the torques of two groups were compared.
+- **error**: of unseen trials, simulated from start to end with nothing added to the model, and with what is named or,
+  where nothing is, comes nearest. None where only the torques of two groups were compared.
 - **size**: friction per load of the gears [-]; load in the hand or on the rod [kg]; lean [rad]; the decay of Arm26's
   activation [s], its load [kg], its damper [N m s/rad].
 - **lasso on torque** keeps what it needs of all effects, each as it changes the torque at its usual strength
