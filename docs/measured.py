@@ -22,6 +22,7 @@ import yaml
 
 from myowave.data.json_files import read_json
 from myowave.diagnosis.causes import CAUSE_TITLES, OUTSIDE
+from myowave.diagnosis.report.templates import described
 from myowave.physics.effects import SHIPPED
 from myowave.scores import TITLES as RIVALS
 from studies.changed.answers import table, trials_needed
@@ -298,8 +299,7 @@ def _networks_table(numbers: dict[str, Any]) -> str:
 
 def _predictors(score: str, values: dict[str, float], digits: int) -> str:
     """The muscle model, as pictures call it, and what stands beside it."""
-    titles = {"base": "muscle model"}
-    rows = [[titles.get(name, name), f"{value:.{digits}f}"] for name, value in values.items()]
+    rows = [[described(name, TITLES), f"{value:.{digits}f}"] for name, value in values.items()]
     return markdown(["predictor", score], rows)
 
 

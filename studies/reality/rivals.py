@@ -61,12 +61,12 @@ def _left(model: Model, record: Record, params: Mapping[str, float]) -> Array:
 
 def pysindy(trials: Trials, base: Model) -> list[str] | str:
     """Terms that PySINDy keeps in the acceleration; of an arm without muscles."""
+    if base.muscles:
+        return NOT_RUN
     try:
         rival = import_module("pysindy")
     except ImportError:
         return "not installed"
-    if base.muscles:
-        return NOT_RUN
     record = make_record(trials, base).train
     _, q, v = Along(base, record, {}).motion
     lengths = record.lengths
