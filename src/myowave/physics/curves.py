@@ -164,7 +164,7 @@ class Curves:
 
 def _raised(force: Tensor, power: Tensor) -> Tensor:
     """A force between 0 and 1 to a power, which keeps both ends, 0 as far as anybody could tell."""
-    return force.clamp(min=NO_FORCE) ** power
+    return torch.exp(power * force.clamp(min=NO_FORCE).log())  # several times as fast as `**`
 
 
 TANEJA = Curves()
