@@ -87,6 +87,18 @@ def test_decimals_with_commas_may_be_quoted_and_units_spelt_out(tmp_path):
     assert plain_unit(raw["x"].unit) == "uV"
 
 
+@pytest.mark.parametrize("separator", [",", "\t", ";"])
+def test_units_may_stand_behind_a_comma_in_names_that_are_quoted_where_commas_separate(tmp_path, separator):
+    """As in tables that Noraxon MR3 exports."""
+    names = ["Time,s", "Activity", "RT BICEPS BR.,uV", "Elbow RT-Flexion, deg", "Biceps, right"]
+    head = separator.join(f'"{name}"' if separator in name else name for name in names)
+    samples = [line.replace(separator, 2 * separator, 1) for line in rows(separator, TIME, *[VALUES] * 3).splitlines()]
+    raw = read_raw(write(tmp_path / "a.csv", "\n".join([f"Subject{separator}7", head, *samples, ""])))
+    assert raw.header == ["Activity", "RT BICEPS BR.", "Elbow RT-Flexion", "Biceps, right"]
+    assert [signal.unit for signal in raw.signals] == ["", "uV", "deg", ""]
+    assert np.allclose(raw["RT BICEPS BR."].values, VALUES) and np.allclose(raw["Biceps, right"].time, TIME)
+
+
 @pytest.mark.parametrize("written", ["Biceps (right)", "EMG (triceps)", "Biceps [right, 2]", "EMG (biceps) [%MVC]"])
 def test_only_a_unit_in_brackets_is_taken_off_the_name(tmp_path, written):
     signal = read_raw(write(tmp_path / "a.csv", f"time;{written}\n" + rows(";", TIME, VALUES))).signals[0]

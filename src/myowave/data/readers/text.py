@@ -1,6 +1,7 @@
 """Tables of text, plain or compressed, in any encoding and dialect: what all formats of text are read with."""
 
 import codecs
+import csv
 import gzip
 import re
 from collections.abc import Sequence
@@ -23,7 +24,7 @@ _THOUSANDS, _BELOW_THOUSAND = r"[-+]?[1-9]\d{0,2}([.,]\d{3})+", r"[-+]?\d{1,3}"
 MANY = 20  # such cells are no chance
 LEAST_KEPT = 0.5  # of a signal's own rate, to which straight lines may bring it [-]
 LONGEST_LINE_S = 0.1  # over which a straight line says where an elbow was
-_UNIT = re.compile(r"^(.*?)\s*[\[(]([^\[\]()]*)[\])]$")  # Biceps [uV] or Biceps (uV)
+_UNIT = re.compile(r"^(.*?)\s*(?:[\[(]([^\[\]()]*)[\])]|,([^,]+))$")  # Biceps [uV], Biceps (uV) or Biceps,uV
 _TIME = re.compile(r"(time|t)(_m?s)?|zeit", re.IGNORECASE)
 _TIME_OF = re.compile(r"(time|t|zeit)[\W_].*|.*[\W_](time|zeit)", re.IGNORECASE)  # time_angle, EMG time
 
@@ -60,8 +61,10 @@ def separator_of(line: str) -> str:
 
 
 def split_row(line: str, separator: str) -> list[str]:
-    """Cells of a row, without blanks and quotes around them."""
+    """Cells of a row, without blanks and quotes around them; what stands in quotes may hold the separator."""
     cells = line.split() if separator == " " else line.split(separator)
+    if separator != " " and '"' in line:
+        cells = next(csv.reader([line], delimiter=separator, skipinitialspace=True))
     return [cell.strip().strip('"').strip() for cell in cells]
 
 
@@ -72,13 +75,15 @@ def spread(cells: Sequence[str], columns: int) -> list[str]:
 
 
 def split_unit(name: str) -> tuple[str, str]:
-    """Name and unit of a column: `Biceps [uV]` is `Biceps` in `uV`; what is no unit stays, as in `Biceps (right)`.
+    """Name and unit of a column: `Biceps [uV]`, or `Biceps,uV` as Noraxon's tables have it, is `Biceps` in `uV`; what
+    is no unit stays, as in `Biceps (right)`.
 
     Behind times anything is one, so that hours are refused, and not taken for seconds.
     """
     found = _UNIT.match(name.strip())
-    if found and (plain_unit(found[2]) in {"", *UNITS} or _TIME.fullmatch(found[1])):
-        return found[1], found[2]
+    unit = (found[2] or found[3] or "").strip() if found else ""
+    if found and (plain_unit(unit) in {"", *UNITS} or _TIME.fullmatch(found[1])):
+        return found[1], unit
     return name.strip(), ""
 
 
