@@ -155,6 +155,15 @@ def test_where_the_names_stand_may_be_said(tmp_path):
             assert raw.at(0, raw.signals[0]) == f"{path}, row {row + 1 + bool(units)}"
 
 
+def test_rows_of_words_may_stand_between_stated_names_and_the_samples(tmp_path):
+    """As LabChart writes them."""
+    head = "Interval=\t0,01 s\nChannelTitle=\tBizeps\nRange=\t10,0 mV\nUnitName=\tmV\n"
+    path = write(tmp_path / "a.txt", head + rows("\t", TIME, VALUES, decimal=","))
+    (signal,) = (raw := read_raw(path, None, TextLayout(header_row=2, time_column="ChannelTitle="))).signals
+    assert signal.name == "Bizeps" and np.allclose(signal.values, VALUES) and np.allclose(signal.time, TIME)
+    assert raw.at(0, signal) == f"{path}, row 5"
+
+
 def test_tables_may_call_their_times_differently(tmp_path):
     layout = TextLayout(time_column=["Clock", "Uhr"])
     for name, unit in (("Clock", "EMG"), ("Uhr", "angle")):

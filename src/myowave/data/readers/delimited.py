@@ -37,7 +37,7 @@ def read_delimited(path: Path, layout: TextLayout | None = None) -> RawRecording
     rows = [split_row(line, separator) for line in top]
     header_row, units_row = _find_header(path, rows, layout.header_row)
     head = units_row or header_row
-    head = next((n for n in range(head, len(lines)) if lines[n].strip(separator + " \t")), head)  # below blank rows
+    head = next((n for n in range(head, len(rows)) if any(map(_is_number, rows[n]))), head)  # the first sample
     if len(lines) <= head or not lines[header_row - 1].strip():
         raise ValueError(f"{path}: {len(lines)} rows; expected names of columns in row {header_row} and samples below.")
     names, units = zip(*map(split_unit, split_row(lines[header_row - 1].lstrip("#"), separator)), strict=True)
