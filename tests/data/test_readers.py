@@ -13,6 +13,7 @@ import pytest
 from scipy.io import savemat
 from sessions import noraxon
 
+from myowave.data.checks.signals import RAW, signal_problem
 from myowave.data.importing import import_trials
 from myowave.data.processing.units import plain_unit
 from myowave.data.readers import ENDINGS, READERS, read_raw
@@ -162,6 +163,19 @@ def test_rows_of_words_may_stand_between_stated_names_and_the_samples(tmp_path):
     (signal,) = (raw := read_raw(path, None, TextLayout(header_row=2, time_column="ChannelTitle="))).signals
     assert signal.name == "Bizeps" and np.allclose(signal.values, VALUES) and np.allclose(signal.time, TIME)
     assert raw.at(0, signal) == f"{path}, row 5"
+
+
+@pytest.mark.parametrize("start", [0.0, -15.0])
+def test_times_of_so_many_digits_each_are_even_though_they_have_fewer_decimals_later_on(tmp_path, start):
+    time = start + np.arange(30_000) / 2148.148
+
+    def problem(times):
+        lines = [f"{t:.7g},{n % 7}" for n, t in enumerate(times)]
+        raw = read_raw(write(tmp_path / "a.csv", "\n".join(["time,emg", *lines, ""])))
+        return signal_problem(raw, raw["emg"], None, RAW)
+
+    assert problem(time) is None
+    assert "time goes from" in problem(time + 1e-4 * (np.arange(len(time)) % 7 == 3))
 
 
 def test_tables_may_call_their_times_differently(tmp_path):

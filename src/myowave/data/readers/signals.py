@@ -119,6 +119,9 @@ def adrift(time: NDArray[np.float64]) -> NDArray[np.int_]:
 
 
 def _rounding(time: NDArray[np.float64]) -> float:
-    """The unit [s] to which times were rounded when written, 0 where there is none coarser than 1e-6."""
+    """The unit [s] to which times were rounded when written, 0 where there is none coarser than 1e-6; that of the
+    largest, as times of so many digits each have fewer decimals from 10 s on."""
+    size = np.abs(time)
+    largest = time[size >= 10.0 ** np.floor(np.log10(size.max()))]
     units = (10.0**-digits for digits in range(7))
-    return next((unit for unit in units if np.abs(time / unit - np.round(time / unit)).max() < 1e-6), 0.0)
+    return next((unit for unit in units if np.abs(largest / unit - np.round(largest / unit)).max() < 1e-6), 0.0)
