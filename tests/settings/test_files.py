@@ -23,6 +23,16 @@ def test_a_second_configuration_is_laid_over_the_first(tmp_path):
     assert both.data == ours.data and both.targets.scales == ours.targets.scales
 
 
+def test_a_file_that_is_laid_over_another_says_so_where_it_is_read_alone(tmp_path):
+    mine = tmp_path / "mine.yaml"
+    mine.write_text("targets: {datasets: [case1]}\ndata: {datasets: {}}\n", encoding="utf-8")
+    with pytest.raises(ValueError, match="(?s)learning: is missing.*config.yaml has all sections: name it before"):
+        read_settings([mine])
+    mine.write_text("learning: {seeds: 0}\n", encoding="utf-8")
+    with pytest.raises(ValueError, match="^learning.seeds = 0: expected[^\n]*$"):
+        read_settings([CONFIG, mine])
+
+
 def test_a_key_may_have_a_colon(tmp_path):
     mine = tmp_path / "mine.yaml"
     mine.write_text("a: {t:1: {load: 2}, 'b:2': , c: http://host:1}\nat 9:30:\n", encoding="utf-8")

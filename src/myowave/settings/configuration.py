@@ -320,7 +320,10 @@ def parse_settings(config: Mapping[str, Any]) -> Settings:
     try:
         return Settings.model_validate(add_subjects(config))
     except ValidationError as error:
-        raise ValueError("\n".join(explain(error, Settings))) from None
+        problems = explain(error, Settings)
+        if any(field.is_required() and section not in config for section, field in Settings.model_fields.items()):
+            problems.append("config.yaml has all sections: name it before a file of your own, which is laid over it.")
+        raise ValueError("\n".join(problems)) from None
 
 
 def read_settings(paths: Iterable[Path], option: str = "--config") -> Settings:
