@@ -426,7 +426,7 @@ def drifting(frame):
 
 
 REFUSED_TIDY = {
-    "percent": (times(100), r"emg_biceps reaches \S+ of .* If it is in percent, divide it by 100 .*, or name %"),
+    "percent": (times(100), r"emg_biceps reaches \S+ of .* If it is in percent, .*, or write \[%\] behind its column"),
     "one channel in percent": (times(100, "emg_triceps"), "emg_triceps reaches 100 .* in most of the 3 trials"),
     "EMG in uV": (times(480), "emg_biceps reaches 480 .* expected 0 to 1.5. Rectify and smooth"),
     "little EMG in uV": (times(60), "emg_biceps reaches 60 .* in percent, .* not normalised: Rectify and smooth"),

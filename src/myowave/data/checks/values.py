@@ -96,7 +96,7 @@ def _emg_problems(recordings: Mapping[str, Recording], channel: str, form: str, 
 
 
 _NORMALISE = "Rectify and smooth the EMG, and divide it by its value at maximum contraction (percent by 100)."
-_PERCENT = "If it is in percent, divide it by 100 in the files, or name % as its unit. Else it is not normalised: "
+_PERCENT = "If it is in percent, divide it by 100, or write [%] behind its column's name. Else it is not normalised: "
 _ARTEFACT = "Look for an artefact there and cut it off with cut_s, or name a stronger contraction under mvc."
 
 
