@@ -119,13 +119,10 @@ def _interval_basis(samples: int, level: int, wavelet: str) -> tuple[csc_array, 
     values /= np.linalg.norm(values, axis=1, keepdims=True)
     columns = np.broadcast_to(np.arange(len(starts))[:, None], rows.shape)
     basis = csc_array((values[inside], (rows[inside], columns[inside])), shape=(samples, len(starts)))
-    gram = (basis.T @ basis).todia()
+    gram = basis.T @ basis
     overlap = (len(function) - 1) // spacing
-    lower = np.zeros((overlap + 1, len(starts)))
-    for diagonal in range(overlap + 1):
-        band = gram.diagonal(-diagonal)
-        lower[diagonal, : len(band)] = band
-    return basis, cholesky_banded(lower, lower=True)
+    lower = [np.pad(gram.diagonal(-below), (0, below)) for below in range(overlap + 1)]
+    return basis, cholesky_banded(np.stack(lower), lower=True)
 
 
 def _check_level(samples: int, level: int, wavelet: str, where: str) -> None:
