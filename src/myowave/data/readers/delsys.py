@@ -94,5 +94,5 @@ def _channels(columns: tuple[Signal, ...], rates: dict[str, float]) -> Iterator[
             time = column
             continue
         name, unit = split_unit(column.name)
-        whole = column.first(column.samples, time.values)
+        whole = column.part(0, column.samples, time.values)
         yield replace(whole, name=name, unit=unit, rate=rates.get(column.name, rates.get(name)))

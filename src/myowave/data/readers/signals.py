@@ -50,10 +50,10 @@ class Signal:
         """How many there are above the empty cells at the column's end."""
         return next(n for n in range(len(self.values), -1, -1) if str(self.odd.get(n - 1, 0)).lower() not in _EMPTY)
 
-    def first(self, samples: int, time: NDArray[np.float64]) -> Signal:
-        """The first samples, at the first of these times [s]."""
-        odd = {n: cell for n, cell in self.odd.items() if n < samples}
-        return replace(self, values=self.values[:samples], time=time[:samples], odd=odd)
+    def part(self, first: int, stop: int, time: NDArray[np.float64]) -> Signal:
+        """Samples from `first` to before `stop`, at those of these times [s]."""
+        odd = {n - first: cell for n, cell in self.odd.items() if first <= n < stop}
+        return replace(self, values=self.values[first:stop], time=time[first:stop], odd=odd)
 
     @property
     def rate_by_time(self) -> float | None:
@@ -94,10 +94,8 @@ class RawRecording:
                 return signal
             time = np.arange(len(signal.values)) / rate
         inside = np.flatnonzero((time >= start) & (time <= end))
-        first, last = (inside[0], inside[-1] + 1) if len(inside) else (0, 0)
-        odd = {n - first: cell for n, cell in signal.odd.items() if first <= n < last}
-        row = (signal.first_row or self.first_row) + first
-        return replace(signal, values=signal.values[first:last], time=time[first:last], odd=odd, first_row=row)
+        first, stop = (inside[0], inside[-1] + 1) if len(inside) else (0, 0)
+        return replace(signal.part(first, stop, time), first_row=(signal.first_row or self.first_row) + first)
 
     def at(self, sample: int, signal: Signal) -> str:
         """Where a sample of a signal stands, as messages begin: `trial2.csv, row 118`."""

@@ -203,7 +203,7 @@ def with_time(path: Path, signals: tuple[Signal, ...], names: Sequence[str] = ()
     timed = []
     for one in (one for one in signals if one not in clocks.values()):
         end = min((end for end in clocks if end >= one.samples), default=max(clocks))
-        timed.append(one.first(max(end, one.samples), _seconds(path, clocks[end])))
+        timed.append(one.part(0, max(end, one.samples), _seconds(path, clocks[end])))
     return tuple(timed)
 
 
