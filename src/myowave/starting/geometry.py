@@ -20,8 +20,7 @@ from myowave.physics.path import read_path
 from myowave.settings.keys import did_you_mean
 from myowave.settings.physics import read_preset
 from myowave.starting.block import flow, shown
-from myowave.starting.new import PRESET
-from myowave.starting.subject import check_name
+from myowave.starting.subject import PRESET, check_name
 
 TABLE, SETTINGS = "path_lengths.csv", "arm.yaml"
 _MOST_APART_M = 1e-3  # of the moment arm of a table and the model's own

@@ -18,9 +18,9 @@ from myowave.settings.recording import TRIAL
 from myowave.starting.block import Block, dataset_block, shown
 from myowave.starting.files import recordings_in
 from myowave.starting.signals import Recorded, read_folder
-from myowave.starting.subject import check_name, joint_lines
+from myowave.starting.subject import PRESET, check_name, joint_lines
 
-PRESET, WITH_BRACHIORADIALIS = "arm26", "arm26_brd"
+WITH_BRACHIORADIALIS = "arm26_brd"
 _PERSON = re.compile(r"(?<![a-z])(sub|subj|subject|participant|proband|vp|s|p)[-_ ]?\d+(?=[-_ /])", re.IGNORECASE)
 _LOOK = {"recorded": "results/figures/{name}/recording", "measured": "results/figures/{name}/trials.png"}
 

@@ -7,6 +7,8 @@ from myowave.physics.anthropometry import SEXES, forearm_with_hand
 from myowave.physics.constants import JOINT_CONSTANTS
 from myowave.settings.section import NAME, NOT_A_NAME
 
+PRESET = "arm26"  # the arm whose muscles and curves a person is given
+
 
 def subject_settings(mass: float, height: float, sex: str, name: str) -> str:
     """A block `physics.arms.NAME` with the forearm and hand of a person, each value with its standard deviation, by the
@@ -20,7 +22,7 @@ def subject_settings(mass: float, height: float, sex: str, name: str) -> str:
         "physics:",
         "  arms:",
         f"    {name}:",
-        "      preset: arm26 # muscles and curves",
+        f"      preset: {PRESET} # muscles and curves",
         *(f"      {line}" for line in joint_lines(mass, height, sex)),
     ]
     return "\n".join(lines) + "\n"
