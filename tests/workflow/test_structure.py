@@ -169,11 +169,13 @@ def test_scripts_belong_to_rules_and_hold_no_logic():
             assert not isinstance(node, ast.FunctionDef | ast.ClassDef | ast.If | ast.While | ast.Try), path
 
 
-def test_captions_are_there():
+def test_captions_are_there_and_each_is_of_one_output():
+    seen = []
     for path in (ROOT / "workflow/rules").glob("*.smk"):
         for part in re.split('caption=f?"', path.read_text())[1:]:
-            name = re.sub(r"{\w+}", "*", part.split('"')[0])  # a name with a variable stands for all that match
+            seen.append(name := re.sub(r"{\w+}", "*", part.split('"')[0]))  # with a variable for all that match
             captions = list(path.parent.glob(name))
             assert captions, f"{path.name}: no caption {name}"
             for caption in captions:
                 assert len(caption.read_text().split()) > 5, f"{caption} says too little"
+    assert len(seen) == len(set(seen)), "two outputs have one caption"

@@ -105,7 +105,7 @@ rule judge_scales:
     output:
         scales=report(
             "results/scales.csv",
-            caption="../report/scales.rst",
+            caption="../report/more_scales.rst",
             category="2 learning",
             labels={"dataset": "all", "model": "all", "recipe": "all", "figure": "0 do more scales help"},
         ),
