@@ -62,9 +62,12 @@ def separator_of(line: str) -> str:
 
 def split_row(line: str, separator: str) -> list[str]:
     """Cells of a row, without blanks and quotes around them; what stands in quotes may hold the separator."""
-    cells = line.split() if separator == " " else line.split(separator)
-    if separator != " " and '"' in line:
+    if separator == " ":
+        cells = line.split()
+    elif '"' in line:
         cells = next(csv.reader([line], delimiter=separator, skipinitialspace=True))
+    else:
+        cells = line.split(separator)
     return [cell.strip().strip('"').strip() for cell in cells]
 
 
