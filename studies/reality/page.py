@@ -75,8 +75,9 @@ TAIL = """
   that lags by 0.15 s, "or something like them". The lag was wrong, for two reasons. What stands for unknown causes held
   a lag of the other sign; it holds no longer what the catalogue has of a sensor. And the catalogue had no rod that
   bends: a flexible mount of the sensor was added, to the truth, too. An angle that was smoothed would look the same.
-  Since steeper filters of the angle are sought (30 November 2026), the light weight is wrong where it was left open:
-  with one of order 4 at 15 Hz, not 2 at 12, that something else is missing is 12 % likely, not 79. Dry friction is 3 %.
+  Since filters of the angle are sought otherwise (30 November 2026), the light weight is wrong where it was left open:
+  that something else is missing is 12 % likely, not 79. Its two trials of 2.3 and 1.5 s hardly show dry friction: 3 %
+  likely, and with the nine likeliest models 1 to 20 %, whichever of seven filters (or none) the angle has passed.
 - A person: how changes between trials are weighed, with all seven rows in sight ([what changed](changed.md)).
 - Arm26: tendons with a toe, lags that change with the activation, steeper passive forces, larger forces of lengthening
   muscles; unusual constants are told beside names. Unknown curves may hang on the activation, found on simulated arms:
