@@ -39,7 +39,7 @@ class TrialsOfFiles(Trials):
     """Trials of one arm, as all of myowave takes them, with a way from files to them: `myowave.Trials`."""
 
     @classmethod
-    def from_csv(cls, *files: str, test: Sequence[str], dataset: str = "trials", **known: Any) -> Trials:
+    def from_csv(cls, *files: str | Path, test: Sequence[str], dataset: str = "trials", **known: Any) -> Trials:
         """Trials of CSV files with columns `time_s`, `emg_MUSCLE` and `angle_rad` or `angle_deg`, one file per trial.
 
         Args:
@@ -56,7 +56,8 @@ class TrialsOfFiles(Trials):
         allowed = ("conditions", "constants", "ignore_columns")
         if problems := [line for name in known for line in unless_known("Trials.from_csv", name, allowed)]:
             raise ValueError("\n".join(problems))
-        block = _checked(MeasuredDataset, {"kind": "measured", "files": files, "test": test, **known})
+        names = [str(file) if isinstance(file, Path) else file for file in files]
+        block = _checked(MeasuredDataset, {"kind": "measured", "files": names, "test": test, **known})
         prepared, quality = import_trials(dataset, block)
         for line in in_sentences(quality):
             warnings.warn(line, stacklevel=2)
@@ -117,6 +118,7 @@ def diagnose(
         say: is told a line for each step.
 
     Raises:
+        TypeError: for what are no trials.
         ValueError: for an arm that is not there, or settings and trials that do not go together.
     """
     files = [config] if isinstance(config, str | Path) else config
@@ -129,6 +131,8 @@ def diagnose(
         physics = _checked(Physics, read_yaml(Path(arm), "muscles and joint"))
     else:
         raise ValueError(f"There is no arm or file {str(arm)!r}; the arms are {', '.join(settings.physics.arms)}.")
+    if not isinstance(trials, Trials):
+        raise TypeError(f"trials = {trials!r}: expected what myowave.Trials.from_csv returns.")
     base = build_model("base", physics)
     known = sorted({*trials.constants}.union(*trials.conditions.values()))
     if problems := [

@@ -39,6 +39,14 @@ def test_mistakes_in_what_is_known_of_trials_are_told_as_those_of_a_file(monkeyp
         myowave.diagnose(trials)
 
 
+def test_files_are_texts_or_paths_and_no_trials(monkeypatch):
+    monkeypatch.chdir(ROOT)
+    files = [Path(f"data/bench_elbow/trial{n}.csv") for n in (1, 2, 3)]
+    assert myowave.Trials.from_csv(*files, test=["trial3"]).names == ("trial1", "trial2", "trial3")
+    with pytest.raises(TypeError, match="trials = 'trial1.csv': expected what myowave.Trials.from_csv returns"):
+        myowave.diagnose("trial1.csv")
+
+
 def test_what_is_doubtful_in_trials_is_warned_of(tmp_path):
     for n in (1, 2, 3):
         frame = pd.read_csv(ROOT / f"data/bench_elbow/trial{n}.csv")
