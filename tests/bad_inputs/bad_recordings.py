@@ -79,7 +79,7 @@ def in_memory(
         **settings,
     )
     prepared = prepare("me", section, Session(raw, dict.fromkeys(emg, form), mvc))
-    found = report("me", list(find_faults(prepared, section.processing, SIDES)), prepared.gains)
+    found = report("me", list(find_faults(prepared, section, SIDES)), prepared.gains)
     return "\n".join(f"{f['trial']} {f['signal']} {f['check']}: {f['found']}. {f['do']}" for f in found["findings"])
 
 

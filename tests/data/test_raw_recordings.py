@@ -227,12 +227,30 @@ def test_files_of_a_trial_that_begin_apart_are_told_until_it_is_said_why(folder)
     told = starts()
     assert [*told] == ["a", "b", "c"]
     assert told["a"]["found"] == "EMG begins at 0.00 s, the angle at 2.00 s; only the common 10.00 s are used"
-    assert "processing.emg_start_offset_s" in told["a"]["do"]
+    assert "processing.emg_start_offset_s" in told["a"]["do"] and "emg_start_offset_s by trial" in told["a"]["do"]
     assert not starts(processing={"emg_start_offset_s": 2.0})
     assert [*starts(cut_s={"a": [2.0, 12.0], "b": [3.0, 11.0]})] == ["c"]
     assert [*starts(cut_s={"a": [1.98, 20.0], "b": [0.0, 100.0], "c": [1.0, 9.0]})] == ["b", "c"]
     write_session(folder, angle_start=2.0, emg_start=1.97)
     assert not starts()
+
+
+@pytest.mark.parametrize("role", ["trial", "maximum"])
+def test_clocks_of_one_recording_may_be_apart_by_another_time(folder, role):
+    """As where two recorders are started by hand, one of which tells the time of day."""
+    name, mvc = {"trial": ("b", []), "maximum": ("max", ["max"])}[role]
+    both = [*"abc", *mvc]
+    write_session(folder, trials=both, emg_start=7198.0)
+    (folder / name).rename(folder / "apart")
+    write_session(folder, trials=both)
+    as_it_was, _ = prepare(folder, mvc=mvc, cut_s={name: [1.0, 9.0]})
+    for file in ("biceps", "triceps"):
+        (folder / "apart" / f"{file}.csv").replace(folder / name / f"{file}.csv")
+    offsets = {"processing": {"emg_start_offset_s": 0.0}, "emg_start_offset_s": {name: -7198.0}}
+    prepared, quality = prepare(folder, mvc=mvc, cut_s={name: [1.0, 9.0]}, **offsets)
+    assert prepared.gains == pytest.approx(as_it_was.gains)
+    assert prepared.trials.emg == pytest.approx(as_it_was.trials.emg, abs=1e-6)
+    assert not [f for f in quality["findings"] if f["check"] in ("starts", "durations")]
 
 
 def test_a_cut_hides_that_files_last_longer_only_where_it_takes_that_off(folder):

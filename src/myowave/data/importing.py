@@ -24,6 +24,7 @@ from myowave.data.reading import braking, read_session
 from myowave.data.recording import Prepared, RawTrial, Recording, Session
 from myowave.data.trials import MOTOR, Array, Trials
 from myowave.settings import MeasuredDataset, PathTable, RecordedDataset, SimulatedDataset, dump
+from myowave.settings.data import late_by
 from myowave.settings.recording import Processing
 
 _NO_EMG = (
@@ -55,7 +56,7 @@ def import_trials(
     """
     session = read_session(dataset, settings, None if channels is None else list(channels))
     prepared = prepare(dataset, settings, session)
-    findings = list(find_faults(prepared, settings.processing, channels or {}))
+    findings = list(find_faults(prepared, settings, channels or {}))
     beyond, problems = beyond_tables(prepared.trials, tables or {})
     _refuse(dataset, problems)
     return prepared, report(dataset, [*findings, *beyond], prepared.gains)
@@ -73,7 +74,7 @@ def reading_settings(settings: Dataset | SimulatedDataset, trials: Collection[st
         return {}
     there = (*trials, *settings.mvc)
     values = {key: value for key, value in dump(settings).items() if key not in _BESIDE}
-    for key in {"cut_s", "recordings"} & {*values}:
+    for key in {"cut_s", "recordings", "emg_start_offset_s"} & {*values}:
         values[key] = {name: value for name, value in values[key].items() if name in there}
     return {key: sha256(json.dumps(value, sort_keys=True).encode()).hexdigest() for key, value in values.items()}
 
@@ -82,9 +83,9 @@ def prepare(dataset: str, settings: Dataset, session: Session) -> Prepared:
     """Process the session of a dataset, or raise a ValueError with a line for each problem; see `import_trials`."""
     processing, forms = settings.processing, session.forms
     fractions = {*forms.values()} <= {"fraction"}  # then EMG of a trial is what it is without the other trials
-    late = processing.emg_start_offset_s
-    raw = {name: replace(trial, emg=_later(trial.emg, late)) for name, trial in session.trials.items()}
-    maxima = {name: _later(emg, late) for name, emg in session.mvc.items()}  # all on the angle's clock
+    # all on the angle's clock
+    raw = {n: replace(trial, emg=_later(trial.emg, late_by(n, settings))) for n, trial in session.trials.items()}
+    maxima = {name: _later(emg, late_by(name, settings)) for name, emg in session.mvc.items()}
     grids = {name: common_grid(trial.all, trial.angle, processing.rate_hz, trial.cut) for name, trial in raw.items()}
     recorded = {name: trial.emg for name, trial in raw.items()} | maxima
     problems = [*session.problems, *_grid_problems(grids, raw), *_emg_problems(recorded, forms, processing)]
@@ -217,6 +218,6 @@ def _grid_problems(grids: Mapping[str, Array], raw: Mapping[str, RawTrial]) -> I
             yield (
                 f"{file[0] if file else f'trial {name}'}: {len(grid)} samples at which all signals were recorded"
                 f"{kept}; expected at least {SHORTEST}. {emg}the angle from {angle.start:.2f} to {angle.end:.2f} s: "
-                "record longer, correct processing.emg_start_offset_s or cut_s, which is in times of the angle's file, "
+                "record longer, correct emg_start_offset_s or cut_s, which is in times of the angle's file, "
                 "or leave the trial out."
             )

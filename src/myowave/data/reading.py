@@ -31,7 +31,7 @@ from myowave.data.readers import RawRecording, Signal, read_raw
 from myowave.data.recording import RawTrial, Session
 from myowave.data.trials import ANGLES, EMG_PREFIX, MOTOR, TIME, TORQUE
 from myowave.settings import MeasuredDataset, RawSignal, RecordedDataset, TextLayout
-from myowave.settings.data import role_problems
+from myowave.settings.data import late_by, role_problems
 from myowave.settings.keys import did_you_mean
 from myowave.settings.recording import TRIAL, EmgChannel, RawAngle, RawKeep, RawMotor, RawTorque, Signed
 
@@ -97,9 +97,8 @@ def braking(motor: RawMotor) -> float:
     return torque_per_volt(motor) * (motor.kt_Nm_A or 0.0)
 
 
-def _on_clock_of_emg(cut: Cut, settings: RecordedDataset) -> Cut:
+def _on_clock_of_emg(cut: Cut, late: float) -> Cut:
     """A cut, which is on the clock of an angle though none may be there, as the recorder of the EMG counts."""
-    late = settings.processing.emg_start_offset_s
     return None if cut is None else (cut[0] - late, cut[1] - late)
 
 
@@ -162,14 +161,14 @@ class Reading:
 
     def emg(self, trial: str, settings: RecordedDataset, cut: Cut) -> dict[str, Sampled]:
         """EMG of each channel [uV]; as it is where its unit is arbitrary, a fraction of 1 where it is one."""
-        cut = _on_clock_of_emg(cut, settings)
+        cut = _on_clock_of_emg(cut, late_by(trial, settings))
         factors = {channel: TO_FRACTION if one.form == "fraction" else TO_EMG for channel, one in settings.emg.items()}
         return {c: self._read(trial, f"emg.{c}", one, factors[c], cut) for c, one in settings.emg.items()}
 
     def maximum(self, name: str, settings: RecordedDataset) -> dict[str, Sampled]:
         """EMG of a maximum contraction that is no trial, as far as `cut_s` keeps it."""
-        emg, late = self.emg(name, settings, settings.cut_s.get(name)), settings.processing.emg_start_offset_s
-        cut = _on_clock_of_emg(settings.cut_s.get(name), settings)
+        emg, late = self.emg(name, settings, settings.cut_s.get(name)), late_by(name, settings)
+        cut = _on_clock_of_emg(settings.cut_s.get(name), late)
         if cut is None or any(len(one.values) == 1 for one in emg.values()):
             return emg
         kept = {channel: one.between(*cut) for channel, one in emg.items()}

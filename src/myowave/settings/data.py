@@ -12,6 +12,7 @@ from myowave.settings.recording import (
     TRIAL,
     ChannelName,
     EmgChannel,
+    EmgStartOffset,
     ExtraAngle,
     ExtraName,
     Processing,
@@ -175,6 +176,7 @@ class MeasuredDataset(_RealDataset):
     angle: TurnedAngle = setting("how the files count the elbow angle", default=TurnedAngle)
     # A recording like any other, whose EMG is an envelope on the angle's grid: no step of the processing is left to do.
     processing: ClassVar[Processing] = Processing()
+    emg_start_offset_s: ClassVar[dict[str, float]] = {}
     mvc: ClassVar[tuple[str, ...]] = ()
     signals: ClassVar[dict[str, ExtraAngle]] = {}
     motor: ClassVar[RawMotor | None] = None
@@ -215,6 +217,12 @@ class RecordedDataset(_RealDataset):
         dict,
         each="trial",
     )
+    emg_start_offset_s: dict[TrialName, EmgStartOffset] = setting(
+        "the same as in `processing`, of trials in which it is another, also of one in mvc, {trial: time}",
+        "s",
+        dict,
+        each="trial",
+    )
     layout: TextLayout = setting("how CSV files are written", default=TextLayout)
     processing: Processing = setting("from raw EMG to excitation", default=Processing)
 
@@ -244,8 +252,9 @@ class RecordedDataset(_RealDataset):
 
     @model_validator(mode="after")
     def _roles_fit(self) -> "RecordedDataset":
-        cut, parts = ([name for name in names if name not in self.mvc] for names in (self.cut_s, self.recordings))
-        others = {"cut_s": cut, "torque.trials": self.torque_trials, "recordings": parts}
+        by_trial: tuple[Iterable[str], ...] = (self.cut_s, self.recordings, self.emg_start_offset_s)
+        cut, parts, late = ([name for name in names if name not in self.mvc] for names in by_trial)
+        others = {"cut_s": cut, "torque.trials": self.torque_trials, "recordings": parts, "emg_start_offset_s": late}
         _refuse(role_problems(self.trials, self, **others))
         if wrong := [name for name, (start, end) in self.cut_s.items() if not start < end]:
             raise ValueError(f"cut_s of {', '.join(wrong)}: expected [from, to] in seconds, from before to")
@@ -296,3 +305,8 @@ def public(dataset: SimulatedDataset | MeasuredDataset | RecordedDataset) -> dic
 def real_dataset(values: dict[str, Any]) -> MeasuredDataset | RecordedDataset:
     """A dataset of recordings from plain data, as a rule hands it to its script."""
     return (MeasuredDataset if values["kind"] == "measured" else RecordedDataset).model_validate(values)
+
+
+def late_by(trial: str, settings: MeasuredDataset | RecordedDataset) -> float:
+    """By how much the clock of a trial's EMG started after the angle's [s]."""
+    return settings.emg_start_offset_s.get(trial, settings.processing.emg_start_offset_s)

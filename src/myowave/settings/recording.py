@@ -4,7 +4,7 @@ import fnmatch
 import os
 import re
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
@@ -20,6 +20,8 @@ ChannelName = Annotated[str, matching(r"emg_\w+", "EMG channels are called emg_<
 RecordingName = Annotated[
     str, Field(coerce_numbers_to_str=True), matching(rf"{PLAIN}(/{PLAIN})*", NOT_PLAIN.replace(" /", ""))
 ]
+_A_DAY: dict[str, Any] = {"ge": -86_400, "le": 86_400}  # of two clocks one may tell the time of day
+EmgStartOffset = Annotated[Real, Field(**_A_DAY, json_schema_extra={"bounds": _A_DAY})]
 ExtraName = Annotated[str, matching(r"[a-z]\w*_rad", "further angles have names that end in _rad, such as tilt_rad")]
 
 
@@ -130,7 +132,7 @@ class Processing(Section):
     )
     rate_hz: Real | None = setting("samples a second of the trials; null takes the angle's", "Hz", None, ge=10, le=2500)
     emg_start_offset_s: Real = setting(
-        "time by which the EMG's clock started after the angle's; negative: before", "s", 0.0, ge=-60, le=60
+        "time by which the EMG's clock started after the angle's; negative: before", "s", 0.0, **_A_DAY
     )
 
     @model_validator(mode="after")

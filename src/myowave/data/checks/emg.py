@@ -185,8 +185,8 @@ CHECKS = (  # of any EMG
           "recorder's. Otherwise say processing.emg_start_offset_s; only the common time is used."),
     Check("starts", _starts,
           "Where both were started together, their clocks differ: say processing.emg_start_offset_s, the first time in "
-          "the angle's file less that in the EMG's. Where all times are of one clock, cut the trial to what "
-          "both have with cut_s."),
+          "the angle's file less that in the EMG's, or emg_start_offset_s by trial where trials differ. Where all "
+          "times are of one clock, cut the trial to what both have with cut_s."),
     Check("EMG above 1", _largest_within(EMG_LIMIT, np.inf), _LESS_EFFORT),
     Check("EMG above 1", _largest_within(ABOVE, EMG_LIMIT), _LESS_EFFORT, "note"),
 )  # fmt: skip

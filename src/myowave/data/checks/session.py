@@ -24,7 +24,8 @@ from myowave.data.checks.finding import Check, Finding, find_all
 from myowave.data.checks.motion import ELBOW, EXTRA, MACHINE, STILL_LEAN
 from myowave.data.recording import Prepared
 from myowave.data.trials import Array
-from myowave.settings.recording import Processing
+from myowave.settings import MeasuredDataset, RecordedDataset
+from myowave.settings.data import late_by
 
 GAINS_UV = (3.0, 1e4)  # largest envelope of surface EMG: amplifiers have 1 to 3 uV of noise, muscles give 5 mV
 GAINS_APART = 300.0  # how far apart the largest envelopes of two channels are from which one is in another unit [-]
@@ -35,14 +36,16 @@ TENTHS_DEG, BENT_DEG = 20.0, 90.0
 """An elbow that no trial takes beyond the first is in another unit; one that none takes below the second [deg]."""
 
 
-def find_faults(prepared: Prepared, processing: Processing, sides: Mapping[str, float]) -> Iterator[Finding]:
+def find_faults(
+    prepared: Prepared, settings: MeasuredDataset | RecordedDataset, sides: Mapping[str, float]
+) -> Iterator[Finding]:
     """All findings of what was prepared, those about the session last.
 
     Args:
-        processing: that it was prepared by.
+        settings: that it was prepared by.
         sides: of the muscles that each channel drives, 1 for flexors, -1 for extensors, 0 for both.
     """
-    notch_hz, late = processing.notch_hz, processing.emg_start_offset_s
+    notch_hz = settings.processing.notch_hz
     recordings, forms = {name: one.kept for name, one in prepared.recordings.items()}, prepared.forms
     prepared, each = replace(prepared, recordings=recordings), recordings.values()
     typical = {c: float(np.median([one.raw.emg[c].values.std() for one in each])) for c in forms}
@@ -54,7 +57,7 @@ def find_faults(prepared: Prepared, processing: Processing, sides: Mapping[str, 
         for channel, form in forms.items():
             signal, largest = raw.emg[channel], float(one.emg[channel].max())
             scales = typical[channel], resting[channel], peaks[channel], notch_hz, largest
-            what = Channel(signal, one.envelopes[channel], *scales, raw.angle, late)
+            what = Channel(signal, one.envelopes[channel], *scales, raw.angle, late_by(name, settings))
             yield from _of_channel(what, LIVE_CHECKS, form, name, channel)
             yield from find_all(CHECKS, what, name, channel)
             yield from COPIED.of((signal.values, {b.name: b.raw.emg[channel].values for b in earlier}), name, channel)
@@ -68,7 +71,7 @@ def find_faults(prepared: Prepared, processing: Processing, sides: Mapping[str, 
     for name, emg in prepared.mvc.items():
         for channel, (signal, envelope) in emg.items():
             scales = typical[channel], resting[channel], away_from_peak(envelope), notch_hz, 1.0
-            what = Channel(signal, envelope, *scales, signal, late)
+            what = Channel(signal, envelope, *scales, signal, late_by(name, settings))
             yield from _of_channel(what, MAXIMUM_CHECKS, forms[channel], name, channel)
     if forms:
         yield from find_all(SESSION, prepared)
