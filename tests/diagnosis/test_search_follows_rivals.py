@@ -11,13 +11,15 @@ from myowave.diagnosis.likelihood.components import EMG
 from myowave.diagnosis.likelihood.hypothesis import Hypothesis, settle
 from myowave.diagnosis.likelihood.waves import View
 from myowave.diagnosis.search import weigh
-from myowave.diagnosis.search.weigh import Posterior, _rivals
+from myowave.diagnosis.search.weigh import MOST_EFFECTS, Posterior, _next
 from myowave.identification.free_parameters import effect_parameters
 from myowave.identification.output_error import refit
 
 
-def model(total, *effects, on=frozenset({"curves"}), expected_emg=False):
-    fit = SimpleNamespace(model=SimpleNamespace(name="+".join(("base", *effects))))
+def model(total, *effects, on=frozenset({"curves"}), expected_emg=False, pieces=None):
+    fit = SimpleNamespace(
+        model=SimpleNamespace(name="+".join(("base", *effects))), record=SimpleNamespace(pieces=pieces)
+    )
     weighed = {"fit": fit, "residual": None, "states": {}}
     return SimpleNamespace(total=total, effects=effects, on=on, expected_emg=expected_emg, **weighed)
 
@@ -30,30 +32,32 @@ def found():
     return posterior
 
 
-def test_rivals_are_those_of_the_likeliest_model_not_of_where_another_has_settled(found):
-    assert [m.effects for m in _rivals(found, model(60.0, "drag"))] == [("damping",)]
+def order_of(found):
+    """Effects of the models that a search begins with, one after the other."""
+    begun, order = set(), []
+    while (next_one := _next(found, begun)) is not None:
+        order.append(next_one.effects)
+        begun.add(frozenset(next_one.effects))
+    return order
 
 
-def test_models_that_are_nearly_as_likely_are_followed_each_once(found):
-    assert [(m.effects, m.total) for m in _rivals(found, found.best)] == [(("damping",), 93.0)]
+def test_the_likeliest_of_each_size_up_to_that_of_the_best_are_begun_with(found):
+    found.add(model(78.0, "lag"), model(77.0, "load"), model(-50.0, "drag", "lag"), model(99.0, "drag", "tilt", "lag"))
+    assert order_of(found) == [(), ("drag",), ("damping",), ("stiffness",), ("lag",)]
+    found.add(model(110.0, "damping", "tilt"))
+    assert order_of(found)[5:] == [("damping", "tilt"), ("drag", "tilt"), ("drag", "lag")]
 
 
-def test_none_is_followed_beside_a_model_that_leaves_noise_alone(found):
-    assert _rivals(found, model(100.0, "drag", on=frozenset())) == []
+def test_none_is_begun_with_beside_a_model_that_leaves_noise_alone(found):
+    found.add(model(101.0, "lag", on=frozenset()))
+    assert order_of(found) == [(), ("lag",)]
+    found.add(model(110.0, "damping", "tilt"))
+    assert order_of(found) == [(), ("lag",), ("damping", "tilt"), ("drag", "tilt")]
 
 
-def test_what_a_model_does_not_need_is_dropped_one_after_the_other(found, monkeypatch):
-    """Pieces of trials ask for more than whole trials do, and who begins with two effects may need none of both."""
-    totals = {("drag", "tilt"): 108.0, ("drag",): 109.0, ("tilt",): 80.0}
-
-    def with_one_less(one):
-        rest = [tuple(e for e in one.effects if e != name) for name in one.effects if len(one.effects) > 1]
-        return [model(totals.get(effects, 90.0), *effects) for effects in rest]
-
-    monkeypatch.setattr(weigh, "_with_one_less", with_one_less)
-    begun = model(107.0, "drag", "tilt", "scale")
-    found.add(begun)
-    assert weigh._drop(found, begun).effects == ("drag",) and found.best.effects == ("drag",)
+def test_over_pieces_only_the_best_is_begun_with(found):
+    found.add(model(102.0, "tilt", pieces="half a second each"))
+    assert order_of(found) == [("tilt",)]
 
 
 def test_noise_of_the_emg_is_weighed_against_the_recording_from_the_same_place(found, monkeypatch):
@@ -89,62 +93,74 @@ def test_what_would_do_without_the_causes_is_fitted_beside_them(found, monkeypat
     assert weigh._fit_singles(top, screened, found) == fitted
 
 
-@pytest.mark.parametrize("on, likeliest", [({"slow"}, ("damping", "lag")), (set(), ("drag", "lag"))])
-def test_what_is_best_alone_gives_its_place_to_two_that_are_better_together(monkeypatch, on, likeliest):
-    posterior, asked = Posterior(), []
-    posterior.add(model(0.0), model(50.0, "drag"), model(40.0, "lag"), model(60.0, "drag", "lag", on=frozenset(on)))
-    posterior.screened[frozenset({"drag"})] = None  # the search came from there
+@pytest.fixture
+def search(monkeypatch):
+    """A search among models that are given, by the effects of the one that they are fitted from; `less` gives those
+    that lack one effect, and the search ends with a model that has the effects `ends`."""
 
-    def fit_singles(top, screened, found):
-        asked.append(top.effects)
-        return [model(90.0 if len(top.effects) == 1 else 50.0, "damping", *top.effects, on=frozenset())]
+    def run(leads, less=(), ends=None):
+        visited = []
 
-    monkeypatch.setattr(weigh, "screen", lambda top, catalogue: "screened")
-    monkeypatch.setattr(weigh, "_fit_singles", fit_singles)
-    monkeypatch.setattr(weigh, "_with_one_less", lambda top: [])
-    assert weigh._lead_on_from_fewer(posterior, {}) is bool(on)
-    assert set(posterior.best.effects) == set(likeliest) and asked == [("drag", "lag"), ("lag",)] * bool(on)
+        def screen(top, catalogue):
+            visited.append(top.effects)
+            return "screened"
+
+        monkeypatch.setattr(weigh, "screen", screen)
+        monkeypatch.setattr(weigh, "_fit_singles", lambda top, screened, found: leads.get(top.effects, []))
+        monkeypatch.setattr(weigh, "_with_one_less", lambda top: dict(less).get(top.effects, []))
+        for name in ("_fit_pairs", "_by_recorded_emg"):
+            monkeypatch.setattr(weigh, name, lambda *given: [])
+        for name in ("settle", "replace", "with_likely_memory", "_of_called_for_emg"):
+            monkeypatch.setattr(weigh, name, lambda model, *given, **changes: model)
+        monkeypatch.setattr(weigh, "weigh_components", lambda residual: {})
+        monkeypatch.setattr(weigh, "_looked_filtered", lambda model, unfiltered: model.effects == ends)
+        posterior = Posterior()
+        posterior.add(model(0.0))
+        ended = weigh._search(
+            posterior, SimpleNamespace(record=SimpleNamespace(pieces=None)), {}, None, lambda line: None
+        )
+        return posterior.best.effects, visited, ended
+
+    return run
 
 
-@pytest.mark.parametrize(
-    "ends, visited", [((), ["drag", "lag", "lag", "tilt", "tilt"]), (("damping", "lag"), ["drag", "lag", "lag"])]
-)
-def test_the_search_goes_on_from_what_models_with_fewer_effects_have_led_to(monkeypatch, ends, visited):
-    """Two that are better together than the best alone, and a third that shows beside these two only; it ends with a
-    model that asks for no filter any more, as all is to be seen anew then."""
-    leads = {
-        (): [model(50.0, "drag"), model(40.0, "lag")],
-        ("drag",): [model(60.0, "drag", "lag")],
-        ("lag",): [model(90.0, "damping", "lag")],
-        ("damping", "lag"): [model(120.0, "damping", "lag", "tilt", on=frozenset())],
+TOGETHER = {
+    (): [model(50.0, "drag"), model(40.0, "lag")],
+    ("drag",): [model(60.0, "drag", "lag")],
+    ("lag",): [model(90.0, "damping", "lag")],
+    ("damping", "lag"): [model(120.0, "damping", "lag", "tilt", on=frozenset())],
+}
+
+
+def test_two_that_are_better_together_than_the_best_alone_are_found(search):
+    """And a third that shows beside these two only."""
+    best, visited, ended = search(TOGETHER)
+    assert best == ("damping", "lag", "tilt") and ended
+    assert visited == [(), ("drag",), ("lag",), ("damping", "lag"), ("drag", "lag"), ("damping", "lag", "tilt")]
+
+
+def test_the_search_ends_where_all_is_to_be_seen_anew(search):
+    best, visited, ended = search(TOGETHER, ends=("damping", "lag"))
+    assert best == ("damping", "lag") and visited == [(), ("drag",), ("lag",)] and not ended
+
+
+def test_what_a_model_does_not_need_is_dropped_one_after_the_other(search):
+    """Pieces of trials ask for more than whole trials do, and who begins with two effects may need none of both."""
+    quiet = frozenset()
+    leads = {(): [model(107.0, "drag", "tilt", "scale", on=quiet)]}
+    less = {
+        ("drag", "tilt", "scale"): [model(108.0, "drag", "tilt", on=quiet), model(90.0, "tilt", "scale", on=quiet)],
+        ("drag", "tilt"): [model(109.0, "drag", on=quiet), model(80.0, "tilt", on=quiet)],
     }
-
-    def lead_on(found, top, catalogue):
-        found.screened[frozenset(top.effects)] = None
-        found.add(*leads.get(top.effects, []))
-
-    monkeypatch.setattr(weigh, "_lead_on", lead_on)
-    for name in ("_fit_pairs", "_with_one_less", "_rivals", "_by_recorded_emg"):
-        monkeypatch.setattr(weigh, name, lambda *given: [])
-    for name in ("settle", "replace", "with_likely_memory", "_of_called_for_emg"):
-        monkeypatch.setattr(weigh, name, lambda model, *given, **changes: model)
-    monkeypatch.setattr(weigh, "weigh_components", lambda residual: {})
-    monkeypatch.setattr(weigh, "_looked_filtered", lambda model, unfiltered: model.effects == ends)
-    posterior, told = Posterior(), []
-    posterior.add(model(0.0))
-    fit = SimpleNamespace(record=SimpleNamespace(pieces=None))
-    assert weigh._search(posterior, fit, {}, None, told.append) is not bool(ends)
-    likeliest = [line.rsplit("+", 1)[1] for line in told]
-    assert posterior.best.effects == (ends or ("damping", "lag", "tilt")) and likeliest == visited
+    best, _, _ = search(leads, less)
+    assert best == ("drag",)
 
 
-def test_a_model_with_most_effects_is_led_on_no_more(found, monkeypatch):
-    monkeypatch.setattr(weigh, "screen", lambda top, catalogue: "screened")
-    monkeypatch.setattr(weigh, "_fit_singles", lambda top, screened, found: [model(200.0, *top.effects, "more")])
-    for effects in (("drag", "tilt", "lag"), ("drag", "tilt", "lag", "damping")):
-        weigh._lead_on(found, model(90.0, *effects), {})
-    assert found.screened == {frozenset({"drag", "tilt", "lag"}): "screened"}
-    assert max(map(len, found.by_effects())) == weigh.MOST_EFFECTS
+def test_a_model_with_most_effects_is_led_on_no_more(search):
+    names = ("drag", "tilt", "lag", "damping", "scale")
+    leads = {names[:n]: [model(10.0 * (n + 1), *names[: n + 1])] for n in range(len(names))}
+    best, visited, _ = search(leads)
+    assert best == names[:MOST_EFFECTS] and max(map(len, visited)) == MOST_EFFECTS - 1
 
 
 @pytest.mark.parametrize(("hidden", "seed"), [(0.02, 3), (0.05, 3), (0.02, 4)])

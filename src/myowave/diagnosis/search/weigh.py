@@ -1,12 +1,12 @@
 """Which effect does a fitted model lack? The posterior of models, each with every cause of residuals beside it.
 
 From the best model so far all effects, and pairs of them, are screened to first order with the covariance that its
-residual calls for; the promising ones are fitted with it, causes are weighed anew, and the most likely goes on. First
-orders choose what is fitted: all that is compared was linearised where it stands.
+residual calls for; the promising ones are fitted with it, causes are weighed anew, and the likeliest of each size go
+on. First orders choose what is fitted: all that is compared was linearised where it stands.
 """
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from operator import itemgetter
@@ -17,7 +17,7 @@ from scipy.special import softmax
 from myowave.data.knots import knots_of
 from myowave.data.processing.filters import HIGHEST
 from myowave.diagnosis.likelihood.algebra import COST, most_likely, weigh_components
-from myowave.diagnosis.likelihood.components import COLOURED, EMG, MISSING, residual_above
+from myowave.diagnosis.likelihood.components import COLOURED, EMG, residual_above
 from myowave.diagnosis.likelihood.hypothesis import BEHIND, Hypothesis, settle, with_likely_memory
 from myowave.diagnosis.likelihood.sensor import Sensor
 from myowave.diagnosis.likelihood.waves import REACH, View
@@ -31,6 +31,7 @@ from myowave.physics.effect import Effect
 Key = tuple[frozenset[str], bool]  # names of effects, and whether the EMG is the expected one
 
 MOST_EFFECTS = 4
+ABREAST = 4  # models of a size that are led on from, where the likeliest leaves more than noise
 REFITS, IDEAL, PAIRS = 3, 2, 2  # that are fitted from one model
 CLEARLY = 5.0  # nats
 HOPELESS = 1.0  # nats that an effect may promise less than the model without it, and still be fitted
@@ -96,7 +97,6 @@ def weigh_models(
         more = tuple(e.name for e in led.model.effects[len(fit.model.effects) :])
         begun = settle(replace(base, effects=more).at(led))
         found.add(begun)
-        _drop(found, begun)  # pieces ask for more than whole trials do
     while not _search(found, fit, catalogue, unfiltered, report):
         found = _seen_anew(found, unfiltered)
     return found
@@ -123,63 +123,49 @@ def _seen_anew(found: Posterior, view: View) -> Posterior:
 def _search(
     found: Posterior, fit: Fit, catalogue: Mapping[str, Effect], unfiltered: View, report: Callable[[str], None]
 ) -> bool:
-    """Add the models that lead on from the most likely ones; False where one asks no more for the filter that trials
-    are looked at through, and all are to be seen anew. The fit is to the EMG as it was recorded."""
-    top, rivals = found.best, list[Hypothesis]()
-    whole = fit.record.pieces is None  # over pieces nothing is named, so nothing near the top decides anything
-    while True:
-        for model in (top, *rivals):
-            _lead_on(found, model, catalogue)
-        if not top.effects:
-            found.add(*_fit_pairs(top, found.screened[frozenset()], catalogue))
+    """A beam search: lead on from the likeliest models of each size up to that of the best, the smallest first; False
+    where the best asks no more for the filter that trials are looked at through, and all are to be seen anew. The fit
+    is to the EMG as it was recorded."""
+    begun = set[frozenset[str]]()
+    while (model := _next(found, begun)) is not None:
+        begun.add(frozenset(model.effects))
+        if model is found.best and model.effects:
+            best = _more_exactly(model)
+            model = _of_called_for_emg(best, fit)
+            found.add(best, model)
+            if _looked_filtered(found.best, unfiltered):
+                return False
+            found.add(*_with_one_less(model))
+        if len(model.effects) < MOST_EFFECTS:
+            screened = found.screened[frozenset(model.effects)] = screen(model, catalogue)
+            found.add(*_fit_singles(model, screened, found))
+        if not model.effects:
+            found.add(*_fit_pairs(model, screened, catalogue))
         report(f"weigh: the likeliest of {len(found.models)} models so far is {found.best.fit.model.name}")
-        if len(found.best.effects) <= len(top.effects) and not (whole and _lead_on_from_fewer(found, catalogue)):
-            break
-        best = settle(found.best, steps=12)
-        afresh = weigh_components(best.residual)  # from no causes of a model before
-        old = best.states
-        likelier = {on: new for on, new in afresh.items() if on not in old or new.value > old[on].value}
-        best = with_likely_memory(replace(best, states={**old, **likelier}))
-        top = _of_called_for_emg(best, fit)
-        found.add(best, top)
-        top = _drop(found, top)
-        if _looked_filtered(found.best, unfiltered):
-            return False
-        rivals = _rivals(found, top) if whole else []
-    if whole:
+    if fit.record.pieces is None:
         found.add(*_by_recorded_emg(found, fit))
     return not _looked_filtered(found.best, unfiltered)
 
 
-def _lead_on(found: Posterior, model: Hypothesis, catalogue: Mapping[str, Effect]) -> None:
-    """Add the models with one effect more than a model, if it may have one, that promise most."""
-    if len(model.effects) >= MOST_EFFECTS:
-        return
-    screened = found.screened[frozenset(model.effects)] = screen(model, catalogue)
-    found.add(*_fit_singles(model, screened, found))
+def _more_exactly(model: Hypothesis) -> Hypothesis:
+    """The likeliest model after more steps, its causes sought from none, too, as those of a model before may stay."""
+    settled = settle(model, steps=12)
+    afresh, known = weigh_components(settled.residual), settled.states
+    likelier = {on: new for on, new in afresh.items() if on not in known or new.value > known[on].value}
+    return with_likely_memory(replace(settled, states={**known, **likelier}))
 
 
-def _rivals(found: Posterior, top: Hypothesis) -> list[Hypothesis]:
-    """Models with as many effects as the most likely one and not far behind it, where more than noise is left: what
-    is missing still decides which of its parts seems likeliest alone, by a few nats that another machine may turn."""
-    others = (m for names, m in found.by_effects().items() if names != set(top.effects))
-    alike = [m for m in others if len(m.effects) == len(top.effects) and m.total > found.best.total - BEHIND]
-    return alike if top.on else []
-
-
-def _lead_on_from_fewer(found: Posterior, catalogue: Mapping[str, Effect]) -> bool:
-    """Where more than noise is left, lead on from the most likely model, and from the likeliest with one effect less,
-    as many as it has: what is best alone may hold the place of another, or of two that are better together. Whether a
-    likelier one is found."""
-    top, models = found.best, found.by_effects()
-    if not top.on & MISSING:
-        return False
-    fewer = (names for names in models if len(names) == len(top.effects) - 1)
-    likeliest = sorted(fewer, key=lambda names: -models[names].total)[: len(top.effects)]
-    for begun in (frozenset(top.effects), *likeliest):
-        if begun not in found.screened:
-            _lead_on(found, models[begun], catalogue)
-    return found.best is not top
+def _next(found: Posterior, begun: Collection[frozenset[str]]) -> Hypothesis | None:
+    """The next model to lead on from that was not begun with: the smallest of the likeliest of each size up to that of
+    the best, of one whose likeliest leaves noise alone only this; over pieces the best alone. What is missing still
+    decides which of its parts seems likeliest alone, and what is best alone may hold the place of two that are better
+    together."""
+    best, likeliest = found.best, sorted(found.by_effects().values(), key=lambda model: -model.total)
+    near = [best]
+    if best.fit.record.pieces is None:
+        of_size = ([m for m in likeliest if len(m.effects) == n] for n in range(len(best.effects) + 1))
+        near = [m for models in of_size if models for m in models[: ABREAST if models[0].on else 1]]
+    return next((model for model in near if frozenset(model.effects) not in begun), None)
 
 
 def _by_recorded_emg(found: Posterior, recorded: Fit) -> list[Hypothesis]:
@@ -187,16 +173,6 @@ def _by_recorded_emg(found: Posterior, recorded: Fit) -> list[Hypothesis]:
     the two was led further, the difference says nothing of noise."""
     near = [m for m in found.models.values() if m.expected_emg and m.total > found.best.total - CLEARLY]
     return [_of_other_emg(model, recorded) for model in near]
-
-
-def _drop(found: Posterior, model: Hypothesis) -> Hypothesis:
-    """Add the models that lack one effect of a model and, where the likeliest is one of them, those that lack one of
-    its own; where that ends."""
-    while True:
-        found.add(*_with_one_less(model))
-        if not set(found.best.effects) < set(model.effects):
-            return model
-        model = found.best
 
 
 def _with_one_less(model: Hypothesis) -> list[Hypothesis]:
