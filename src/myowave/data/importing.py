@@ -24,7 +24,7 @@ from myowave.data.reading import braking, read_session
 from myowave.data.recording import Prepared, RawTrial, Recording, Session
 from myowave.data.trials import MOTOR, Array, Trials
 from myowave.settings import MeasuredDataset, PathTable, RecordedDataset, SimulatedDataset, dump
-from myowave.settings.data import late_by
+from myowave.settings.data import BY_TRIAL, late_by
 from myowave.settings.recording import Processing
 
 _NO_EMG = (
@@ -74,7 +74,7 @@ def reading_settings(settings: Dataset | SimulatedDataset, trials: Collection[st
         return {}
     there = (*trials, *settings.mvc)
     values = {key: value for key, value in dump(settings).items() if key not in _BESIDE}
-    for key in {"cut_s", "recordings", "emg_start_offset_s"} & {*values}:
+    for key in {*BY_TRIAL} & {*values}:
         values[key] = {name: value for name, value in values[key].items() if name in there}
     return {key: sha256(json.dumps(value, sort_keys=True).encode()).hexdigest() for key, value in values.items()}
 
@@ -83,9 +83,8 @@ def prepare(dataset: str, settings: Dataset, session: Session) -> Prepared:
     """Process the session of a dataset, or raise a ValueError with a line for each problem; see `import_trials`."""
     processing, forms = settings.processing, session.forms
     fractions = {*forms.values()} <= {"fraction"}  # then EMG of a trial is what it is without the other trials
-    # all on the angle's clock
     raw = {n: replace(trial, emg=_later(trial.emg, late_by(n, settings))) for n, trial in session.trials.items()}
-    maxima = {name: _later(emg, late_by(name, settings)) for name, emg in session.mvc.items()}
+    maxima = {n: _later(emg, late_by(n, settings)) for n, emg in session.mvc.items()}  # all on the angle's clock
     grids = {name: common_grid(trial.all, trial.angle, processing.rate_hz, trial.cut) for name, trial in raw.items()}
     recorded = {name: trial.emg for name, trial in raw.items()} | maxima
     problems = [*session.problems, *_grid_problems(grids, raw), *_emg_problems(recorded, forms, processing)]

@@ -182,6 +182,9 @@ class MeasuredDataset(_RealDataset):
     motor: ClassVar[RawMotor | None] = None
 
 
+BY_TRIAL = ("cut_s", "recordings", "emg_start_offset_s")  # keys whose values are of a trial or a maximum, by name
+
+
 class RecordedDataset(_RealDataset):
     """Trials from raw files as a recorder exports them: EMG in volts, angles, each with a clock of its own."""
 
@@ -252,10 +255,8 @@ class RecordedDataset(_RealDataset):
 
     @model_validator(mode="after")
     def _roles_fit(self) -> "RecordedDataset":
-        by_trial: tuple[Iterable[str], ...] = (self.cut_s, self.recordings, self.emg_start_offset_s)
-        cut, parts, late = ([name for name in names if name not in self.mvc] for names in by_trial)
-        others = {"cut_s": cut, "torque.trials": self.torque_trials, "recordings": parts, "emg_start_offset_s": late}
-        _refuse(role_problems(self.trials, self, **others))
+        by_trial = {key: [name for name in getattr(self, key) if name not in self.mvc] for key in BY_TRIAL}
+        _refuse(role_problems(self.trials, self, **by_trial, **{"torque.trials": self.torque_trials}))
         if wrong := [name for name, (start, end) in self.cut_s.items() if not start < end]:
             raise ValueError(f"cut_s of {', '.join(wrong)}: expected [from, to] in seconds, from before to")
         if leaks := [(one, test) for one in self.mvc for test in self.test if self._overlap(one, test)]:
